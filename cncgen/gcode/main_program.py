@@ -12,7 +12,7 @@ from cncgen.gcode.text import grammar
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.parsers import parser
 from cncgen.kernels import gcode_codes
-from cncgen.kernels.gcode_names import marked
+from cncgen.kernels.gcode_lines import Lines
 
 #: Bytes in which programs are looked for.
 _HEAD = 65_536
@@ -24,10 +24,9 @@ def main_behind(source: Source) -> tuple[Cursor, BlockError] | None:
     A control registers the programs of a text one by one, and the operator starts the main one.
     """
     head = source.bytes[:_HEAD]
-    marks = marked(parser("fanuc", False), head)
-    begins = [
-        (begin, line) for begin, line, keyword, _ in marks if keyword == gcode_codes.LITERALS["program"]
-    ]
+    number = gcode_codes.LITERALS["program"]
+    marks = Lines(parser("fanuc", False), head).marked(False)
+    begins = [(begin, line) for begin, line, keyword, *_ in marks if keyword == number]
     if len(begins) < 2:
         return None
     ends = [*(begin for begin, _ in begins[1:]), len(head)]

@@ -77,7 +77,7 @@ NUMBERS = {
     "ROW": 8,
 }
 #: Columns of the row of a line that is kept (`gcode_lines.Lines`): offset and number of the line, where its code begins, offset of the next
-#: line, the row of that (-1 for none yet), its marks, the row of its O-word (-1 for none yet), and where its constants begin.
+#: line, the row of that (-1 for none yet), its marks, the number of its O-word (-1 for none yet), and where its constants begin.
 LINE_COLUMNS = ("AT", "NUMBER_OF_LINE", "CODE", "AFTER", "FOLLOWING", "MARKS", "MARK", "FIRST_CONSTANT")
 #: Kinds of bytes of a shape (`gcode_lines.Shapes`) beside those that stand for themselves: refused bytes, the end of the line, digits;
 #: and the forms of numbers, 1, 1.5 and .5, which stand in shapes.
@@ -95,9 +95,23 @@ SHAPE_COLUMNS = (
     "SHAPE_NEXT",
     "SHAPE_ROW",
 )
-#: Columns of the row of an O-word (`gcode_marks.Marks`): byte offset and number of its line, the rows of the line and of the next one (-1
-#: for none yet), keyword, label, and the O-words that it leads to (-1 where it leads nowhere for certain).
-MARK_COLUMNS = ("OFFSET", "LINE", "HERE", "BEHIND", "KEYWORD", "LABEL", "TARGET", "OTHER")
+#: Columns of the row of a marked line (`gcode_marks.Marks`): its offset and number, the offset of the next line, its keyword, whether it is
+#: certain where it leads (-1: not known yet), the marks below and above that it leads to (-1 for none), and how many columns there are.
+MARK_COLUMNS = ("OFFSET", "LINE", "BEHIND", "KEYWORD", "LEADS", "MARK_BELOW", "MARK_ABOVE", "MARK_WIDTH")
+#: Keywords that an O-word looks for in its subroutine, above it and below it: a branch the next one, the last of them its end; WHILE above
+#: it the DO of its loop, if there is one.
+LOOKS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "if": ((), ("elseif", "else", "endif")),
+    **dict.fromkeys(("elseif", "else"), (("if",), ("endif",))),
+    "endif": (("if",), ()),
+    "while": (("do",), ("endwhile",)),
+    "endwhile": (("while",), ()),
+    "do": ((), ()),
+    "repeat": ((), ("endrepeat",)),
+    "endrepeat": (("repeat",), ()),
+    **dict.fromkeys(("break", "continue"), ((), ("endwhile", "endrepeat", "while"))),
+    "sub": ((), ("endsub",)),
+}
 #: Where an O-word of a branch or loop leads (`gcode_frames.Frame.lead`).
 WAYS = ("STAY", "AT_NEXT", "PAST_NEXT", "AT_PREVIOUS", "PAST_PREVIOUS")
 #: Places in the array `modes` of `gcode_motion`.

@@ -11,8 +11,8 @@ from mmap import mmap
 import cython
 from cython.cimports.cncgen.kernels.decimals import decimal, is_blank
 from cython.cimports.cncgen.kernels.gcode_codes import (
-    AFTER, AT, CODE, COMMENT, END, FIRST_CONSTANT, FLOW, FOLLOWING, LETTERS, MARK, MARKS, MAX_LINE, MESSAGE, NAME, NEGATIVE, NUMBER,
-    NUMBER_OF_LINE, OUTPUT, REFUSED, SAYS,
+    AFTER, AT, CODE, COMMENT, COMPUTED_LABEL, END, FIRST_CONSTANT, FLOW, FOLLOWING, GOTO, LETTERS, MARK, MARKS, MAX_LINE, MESSAGE, NAME,
+    NEGATIVE, NUMBER, NUMBER_OF_LINE, OUTPUT, O_CALL, O_RETURN, REFUSED, ROW, SAYS,
     SHAPE_CODE, SHAPE_DIGIT, SHAPE_DOTTED, SHAPE_LENGTH, SHAPE_LINE_END, SHAPE_MARKS, SHAPE_NEXT, SHAPE_PLACE, SHAPE_POINT_FIRST,
     SHAPE_ROW, SHAPE_SUM, SHAPE_UNKNOWN, SHAPE_WHOLE,
 )  # fmt: skip
@@ -538,7 +538,7 @@ class Lines:
     Args:
         code: Reads lines, and holds the code of them all; nobody else uses it.
         text: The text.
-        rows: The rows, filled.
+        rows: The rows, filled; one without that, for the line that was read last.
     """
 
     code = cython.declare(Code, visibility="public")
@@ -546,8 +546,9 @@ class Lines:
     text: cython.const[cython.uchar][::1]
     shapes = cython.declare(Shapes)
 
-    def __init__(self, code, text, rows):
-        self.code, self.text, self.rows = code, text, rows
+    def __init__(self, code, text, rows=None):
+        self.code, self.text = code, text
+        self.rows = memoryview(bytearray(8 * ROW)).cast("q", [1, ROW]) if rows is None else rows
         self.code.text = text
         self.shapes = Shapes(text, code.fixed, code.comma, code.remarks)
         self.forget()
@@ -577,28 +578,44 @@ class Lines:
             self.rows[r - 1, FOLLOWING] = -1
         return r
 
-    def compile_o_words(
-        self,
-        offset: cython.Py_ssize_t,
-        line: cython.longlong,
-        first: cython.Py_ssize_t,
-        last: cython.Py_ssize_t,
-    ) -> tuple:
-        """Keep lines that hold an O: O-words, refused ones and some others. Return the next row, the offset and line that come next."""
-        at: cython.Py_ssize_t = offset
+    def marked(self, o_words: cython.bint) -> list:
+        """Find the lines that jumps may lead to or that look for one: with an O-word but CALL and RETURN, with the number of a program or a
+        loop of a macro; and those that the grammar refuses.
+
+        Args:
+            o_words: Whether only lines with an O are asked for.
+
+        Returns:
+            Of each line its offset, its number, the number of the literal of its keyword (0 where it is refused), its label (None for one
+            that is computed, and of macros), and the offset of the next line.
+        """
+        at: cython.Py_ssize_t = 0
+        begin: cython.Py_ssize_t
         size: cython.Py_ssize_t = self.text.shape[0]
-        r: cython.Py_ssize_t = first
-        while at < size and r < last and self.code.room():
-            if self.text[at] == 10:
-                offset = at + 1
-                line += 1
-            elif self.text[at] | 32 == 111:
-                at = self._keep(r, offset, line) - 1
-                offset = at + 1
-                line += 1
-                r += 1
-            at += 1
-        return r, (offset if at < size else size), line
+        line: cython.longlong = 0
+        keyword: cython.int
+        found: list = []
+        while at < size:
+            line += 1
+            begin = at
+            while o_words and at < size and self.text[at] != 10 and self.text[at] | 32 != 111:
+                at += 1
+            if o_words and (at == size or self.text[at] == 10):
+                at += 1
+                continue
+            if not self.code.room():
+                self.forget()
+            self.code.numbers = 0
+            at = self._keep(0, begin, line)
+            if self.rows[0, MARKS] & REFUSED:
+                found.append((begin, line, 0, None, at))
+                continue
+            keyword = self.code.keyword(self.rows[0, CODE])
+            if keyword and keyword != O_CALL and keyword != O_RETURN and keyword != GOTO:
+                written = keyword <= O_CALL and not self.rows[0, MARKS] & COMPUTED_LABEL
+                label = self.code.label(self.rows[0, CODE], 0) if written else None
+                found.append((begin, line, keyword, label, at))
+        return found
 
     def taken_from(self, offset: cython.Py_ssize_t) -> tuple:
         """Read lines of a language from `offset` on, up to one that is refused, and keep none of them.

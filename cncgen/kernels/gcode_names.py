@@ -1,9 +1,9 @@
-"""The names in a text: letters, codes and called programs in its words, for the search of the axes that a program moves; and the labels
-and N words of its lines, which jumps lead to."""
+"""The names in a text: letters, codes and called programs in its words, for the search of the axes that a program moves; and the
+N words of its lines, which jumps lead to."""
 
 import cython
 from cython.cimports.cncgen.kernels.gcode_codes import (
-    ARGUMENTS, CODE_NUMBERS, COMPUTED, COMPUTED_LABEL, FLOW, NAME, NUMBER, NUMBERED, O_CALL, WORD,
+    ARGUMENTS, CODE_NUMBERS, COMPUTED, FLOW, NAME, NUMBER, NUMBERED, O_CALL, WORD,
 )  # fmt: skip
 from cython.cimports.cncgen.kernels.gcode_lines import Code
 
@@ -129,23 +129,11 @@ def _program_called(reader: Code, letter: cython.int, programs: set) -> cython.i
     return 0
 
 
-def marked(reader: Code, text: cython.const[cython.uchar][::1], numbers: cython.bint = False) -> list:
-    """Read all lines of a text and return those with an O-word, a program number, or a jump or loop of a macro, and those that the grammar
-    refuses; or those with an N word.
-
-    Args:
-        reader: A `gcode_parse.Parser` of the text's grammar.
-        text: The program.
-        numbers: Whether lines with an N word are wanted.
-
-    Returns:
-        Of each line its offset, its number, the number of the literal of its keyword (0 where it is refused), and its label; None for one
-        that is computed, and of macros. With `numbers`, of each line its offset, its number, and where its N word begins and ends.
-    """
+def numbered(reader: Code, text: cython.const[cython.uchar][::1]) -> list:
+    """Read all lines of a text and return those with an N word: of each its offset, its number, and where its N word begins and ends."""
     at: cython.Py_ssize_t = 0
     begin: cython.Py_ssize_t
     line: cython.int = 0
-    keyword: cython.int
     found: list = []
     reader.text = text
     while at < text.shape[0]:
@@ -153,12 +141,6 @@ def marked(reader: Code, text: cython.const[cython.uchar][::1], numbers: cython.
         reader.used = reader.numbers = 0
         begin = at
         at = reader.read(at) + 1
-        keyword = reader.keyword(0) if reader.error < 0 and not numbers else 0
-        if keyword:
-            written = keyword <= O_CALL and not reader.flags & COMPUTED_LABEL
-            found.append((begin, line, keyword, reader.label(0, 0) if written else None))
-        elif numbers and reader.flags & NUMBERED:
+        if reader.flags & NUMBERED:
             found.append((begin, line, reader.number_begin, reader.number_end))
-        elif not numbers and reader.error >= 0:
-            found.append((begin, line, 0, None))
     return found

@@ -3,11 +3,10 @@
 cdef class Rows:
     cdef const unsigned char[::1] text
     cdef long long[:, ::1] kept
-    cdef long long[:, ::1] marks
+    cdef long long[:, ::1] near
     cdef object lines
     cdef dict entries
     cdef dict ways
-    cdef Py_ssize_t count
     cdef Py_ssize_t used
     cdef Py_ssize_t last
     cdef Py_ssize_t ahead
@@ -15,9 +14,5 @@ cdef class Rows:
     cdef bint again
     cdef void _forget(self) except *
     cdef Py_ssize_t at(self, Py_ssize_t offset, long long line) except? -1
-    cdef Py_ssize_t _compiled(self, Py_ssize_t offset, long long line, Py_ssize_t m) except? -1
+    cdef Py_ssize_t _compiled(self, Py_ssize_t offset, long long line) except? -1
     cdef Py_ssize_t following(self, Py_ssize_t r) except? -1
-    cdef Py_ssize_t mark_of(self, Py_ssize_t r) except? -1
-    cdef Py_ssize_t _mark_behind(self, Py_ssize_t offset) noexcept
-    cdef Py_ssize_t at_mark(self, long long m) except? -1
-    cdef Py_ssize_t behind_mark(self, long long m) except? -1

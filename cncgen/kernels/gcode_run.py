@@ -6,22 +6,27 @@ error: a value that the machine's state enters, an unknown name, a division by z
 
     offset of a line ──► row of `gcode_lines.Lines` ──► instructions ─┬► words: a block in the columns
        ▲                                                           ├► settings, done at the end of the line
-       └──── row of the line that an O-word leads to ◄─────────────┴► an O-word, by the rows of `gcode_marks`
+       └──── row of the line that an O-word leads to ◄─────────────┴► an O-word, by `gcode_marks`
 """
 
 import cython
 from cython.cimports.cncgen.kernels.gcode_arithmetic import function_of, joined
 from cython.cimports.cncgen.kernels.gcode_codes import (
-    AFTER, ANGLE_OF, ARC_TANGENT, AT, AT_NEXT, AT_PREVIOUS, BINARY, CODE, COMMENT, DELETED, ELEMENT, END, FIRST_CONSTANT, FLOW,
-    FUNCTION, GOTO, JUMP, KEYWORD, LABEL, MARKS, NAME, NAMED, NEGATIVE, NUMBER, NUMBERED, NUMBER_OF_LINE, OTHER,
-    O_CALL, O_ELSEIF, O_ENDSUB, O_IF, O_REPEAT, O_RETURN, O_SUB, O_WHILE, PARAMETER, PROGRAM, REFUSED, SET, SET_ELEMENT, SET_NAMED,
-    SET_STORED, SET_VARIABLE, STAY, STORED, TARGET, THEN, WHILE_DO, WORD,
+    AFTER, ANGLE_OF, ARC_TANGENT, AT, AT_NEXT, AT_PREVIOUS, BEHIND, BINARY, CODE, COMMENT, COMPUTED_LABEL, DELETED, ELEMENT, END,
+    FIRST_CONSTANT, FLOW, FUNCTION, GOTO, JUMP, KEYWORD, LINE, MARK, MARKS, MARK_ABOVE, MARK_BELOW, NAME, NAMED, NEGATIVE, NUMBER, NUMBERED,
+    NUMBER_OF_LINE, OFFSET, O_CALL, O_ELSEIF, O_ENDSUB, O_IF, O_REPEAT, O_RETURN, O_SUB, O_WHILE, PARAMETER, PAST_NEXT, PROGRAM, REFUSED,
+    SET, SET_ELEMENT, SET_NAMED, SET_STORED, SET_VARIABLE, STAY, STORED, THEN, WHILE_DO, WORD,
 )  # fmt: skip
 from cython.cimports.cncgen.kernels.gcode_frames import Frame
+from cython.cimports.cncgen.kernels.gcode_lines import Code
+from cython.cimports.cncgen.kernels.gcode_marks import Marks
 from cython.cimports.cncgen.kernels.gcode_rows import Rows
 from cython.cimports.cncgen.kernels.gcode_store import Store
 from cython.cimports.cncgen.kernels.language_store import LanguageStore
 from cython.cimports.libc.math import fabs, floor, isfinite
+
+from cncgen.kernels.gcode_codes import LOOKS
+from cncgen.kernels.gcode_marks import bits_of
 
 #: Flags of a block (`gcode_scan`).
 _COMMENT = cython.declare(cython.int, 2)
@@ -40,6 +45,8 @@ _MOST_CODE = cython.declare(cython.int, 100)
 #: Local numbered parameters of a subroutine, from #1 on, and units of work of a call (`budget.CALL`).
 _LOCALS = cython.declare(cython.int, 30)
 _CALL_UNITS = cython.declare(cython.int, 12)
+#: What an IF looks for that does not hold.
+_BRANCHES = cython.declare(cython.uint, bits_of(LOOKS["if"][1]))
 #: Lines that are not run here.
 _LEFT_OUT = cython.declare(cython.int, DELETED | REFUSED)
 #: Kinds of lines: uncertain, a block or settings; else the number of its keyword.
@@ -51,8 +58,8 @@ _JUMPS = cython.declare(cython.int, 1000)
 
 @cython.cclass
 class Computer:
-    """A place in a text, and the columns that its lines go to. O-words are followed once `follow` has given their rows, jumps and loops of
-    macros where `leads` tells their lines.
+    """A place in a text, and the columns that its lines go to. O-words are followed once `follow` was told how, jumps and loops of macros
+    where `leads` tells their lines.
 
     Args:
         text: The text.
@@ -70,7 +77,6 @@ class Computer:
         blocks: How many blocks stand in the columns; whoever takes them sets it to 0.
         line: Number of the first line not read.
         lines, units: How many lines the last run read, and units of work that its calls were beside them.
-        meets: Whether the last run ended at an O-word of a text whose rows are not given.
         back: The O-word, by offset and line, whose jump back ended the last run, or None; `away`, where it led to in another text.
         reached, reached_line: The first line that was never reached outside of calls.
         since: Lines read since that line, or since whoever looks set it to 0.
@@ -87,7 +93,8 @@ class Computer:
     values: cython.double[::1]
     numbers: cython.double[::1]
     kept: cython.longlong[:, ::1]
-    marks: cython.longlong[:, ::1]
+    reader = cython.declare(Code)
+    marks = cython.declare(Marks)
     store = cython.declare(Store)
     language = cython.declare(LanguageStore, visibility="public")
     rows = cython.declare(Rows)
@@ -103,7 +110,6 @@ class Computer:
     line = cython.declare(cython.longlong, visibility="public")
     lines = cython.declare(cython.Py_ssize_t, visibility="public")
     units = cython.declare(cython.Py_ssize_t, visibility="public")
-    meets = cython.declare(cython.bint, visibility="public")
     back = cython.declare(object, visibility="public")
     away = cython.declare(object, visibility="public")
     reached = cython.declare(cython.Py_ssize_t, visibility="public")
@@ -116,7 +122,7 @@ class Computer:
     outermost = cython.declare(object)
     deepest = cython.declare(cython.Py_ssize_t)
     source = cython.declare(cython.longlong)
-    labels = cython.declare(list)
+    find = cython.declare(object)
     words = cython.declare(cython.Py_ssize_t)
     given = cython.declare(cython.uint)
     flags = cython.declare(cython.int)
@@ -136,34 +142,28 @@ class Computer:
         self.store.names = parser.names
         self.numbers = self.store.numbers
         self.waits, self.pause = waits, pause
-        self.code, self.constants = parser.code, parser.constants
+        self.reader, self.code, self.constants = parser, parser.code, parser.constants
         self.rows = Rows(text, parser, self.store.ways)
         self.kept = self.rows.kept
         self.block_line, self.block_offset, self.block_flags = columns[:3]
         self.word_end, self.letters, self.values = columns[3:]
         self.frames = [] if frames is None else frames
-        self.labels = []
+        self.find = self.marks = None
         self.blocks = self.ran = self.ran_line = 0
         self.reached = self.reached_line = self.since = 0
         self.line = 1
 
-    def find_marks(self):
-        """Return the O-words of the text."""
-        return self.rows.find_marks()
-
-    def follow(self, marks, parameters, outermost, deepest, source):
+    def follow(self, find, parameters, outermost, deepest, source):
         """Follow O-words from now on.
 
         Args:
-            marks: Those of `find_marks`.
+            find: Returns the marks of the text (`gcode_marks.Marks`), which the first O-word asks for.
             parameters: The parameters; `local` are the named ones of the call in progress.
             outermost: The record of the main program below the calls in progress.
             deepest: How many calls may be in progress.
             source: Number of the text.
         """
-        self.marks = self.rows.marks = marks.rows
-        self.rows.count, self.labels = marks.count, marks.labels
-        self.parameters, self.outermost = parameters, outermost
+        self.find, self.parameters, self.outermost = find, parameters, outermost
         self.deepest, self.source = deepest, source
 
     def run(
@@ -184,9 +184,8 @@ class Computer:
         after: cython.Py_ssize_t
         self.store.local = local
         self.lines = self.units = 0
-        self.meets = False
         self.back = self.away = None
-        self.rows.again = self.rows.count > 0 or (
+        self.rows.again = self.marks is not None or (
             self.language is not None and self.language.leads is not None
         )
         r = self.rows.at(offset, line)
@@ -466,7 +465,6 @@ class Computer:
         """Follow the O-word or jump of a row to the `next` line; tell whether it is certain where that is."""
         if keyword < 0:
             return False
-        self.meets = self.rows.count == 0 and keyword <= O_CALL
         if keyword >= _JUMPS:
             return self._jump(r, keyword - _JUMPS)
         return self._flow(r, keyword) if keyword <= O_CALL else self._lead(r, keyword)
@@ -507,75 +505,82 @@ class Computer:
     def _flow(self, r: cython.Py_ssize_t, keyword: cython.int) -> cython.bint:
         """Follow the O-word of a row to the `next` line; tell whether it is certain where that is.
 
-        `flow.o_words` defines the O-words; here they are followed by the rows that they lead to.
+        `flow.o_words` defines the O-words; here they are followed by the marks that they lead to.
         """
-        target: cython.longlong
-        value: cython.double = self.stack[self.depth] if self.arguments else 0.0
-        way: cython.int
-        m: cython.Py_ssize_t = self.rows.mark_of(r)
-        if m < 0:
+        if self.marks is None and self.find is not None:
+            self.marks, self.rows.again = self.find(), True
+        if self.marks is None or self.marks.computes or self.kept[r, MARKS] & COMPUTED_LABEL:
             return False
-        target = self.marks[m, TARGET]
-        if target < 0 and not (keyword == O_WHILE and self.marks[m, OTHER] >= 0):
-            return False
+        label = self.reader.label(self.kept[r, CODE], self.kept[r, FIRST_CONSTANT])
         if keyword == O_CALL:
-            return self._call(r, m)
-        if self.arguments > 1:
+            return self._call(r, label)
+        if self.arguments != (
+            keyword == O_IF or keyword == O_ELSEIF or keyword == O_WHILE or keyword == O_REPEAT
+        ) and not (self.arguments == 1 and (keyword == O_ENDSUB or keyword == O_RETURN)):
             return False
         if keyword == O_ENDSUB or keyword == O_RETURN:
-            return self._leave(m, keyword == O_RETURN)
-        if (self.arguments == 1) != (
-            keyword == O_IF or keyword == O_ELSEIF or keyword == O_WHILE or keyword == O_REPEAT
-        ):
+            return self._leave(label, keyword == O_RETURN)
+        return self._branch(r, keyword, label)
+
+    @cython.cfunc
+    def _branch(self, r: cython.Py_ssize_t, keyword: cython.int, label) -> cython.bint:
+        """Follow the O-word of a branch or loop, or SUB."""
+        way: cython.int
+        value: cython.double = self.stack[self.depth] if self.arguments else 0.0
+        m: cython.Py_ssize_t = self.kept[r, MARK]
+        if m < 0:
+            m = self.kept[r, MARK] = self.marks.behind(self.kept[r, AT])
+        if not self.marks.leads(m):
             return False
-        if keyword == O_SUB:
-            self.next = self.rows.behind_mark(target)
-            return True
         frame: Frame = self.frames[len(self.frames) - 1] if self.frames else self.outermost
-        label = self.labels[self.marks[m, LABEL]]
         if keyword == O_WHILE:
             # The foot of a loop that DO began, or the head of one.
-            if frame.doing is not None and label in frame.doing:
-                target = self.marks[m, OTHER]
-            elif self.marks[m, OTHER] >= 0:
-                return False
-            if target < 0:
+            loops: cython.bint = frame.doing is not None and label in frame.doing
+            if loops != (self.marks.rows[m, MARK_ABOVE] >= 0):
                 return False
         elif keyword == O_REPEAT and not frame.repeats(label):
             if value != floor(value) or not fabs(value) <= _LARGEST:
                 return False
-        way = frame.lead(keyword, label, value)
+        way = PAST_NEXT if keyword == O_SUB else frame.lead(keyword, label, value)
         if way == STAY:
-            self.next = self.rows.behind_mark(m)
-        elif keyword == O_IF:
-            return self._branch(target)
-        elif way == AT_NEXT or way == AT_PREVIOUS:
-            self.next = self.rows.at_mark(target)
-        else:
-            self.next = self.rows.behind_mark(target)
-        return True
+            self.next = self.rows.following(r)
+            return True
+        m = self.marks.rows[m, MARK_BELOW if way == AT_NEXT or way == PAST_NEXT else MARK_ABOVE]
+        if keyword == O_IF:
+            m = self._branch_that_holds(m, label)
+        if m >= 0:
+            self._go_to(m, way == AT_NEXT or way == AT_PREVIOUS)
+        return m >= 0
 
     @cython.cfunc
-    def _branch(self, target: cython.longlong) -> cython.bint:
-        """Go into the first branch behind an IF that does not hold whose condition does."""
-        while self.marks[target, KEYWORD] == O_ELSEIF:
-            if self._execute(self.rows.at_mark(target)) != O_ELSEIF or self.arguments != 1:
-                return False
+    def _branch_that_holds(self, m: cython.Py_ssize_t, label) -> cython.Py_ssize_t:
+        """Return the first branch from one on that is no ELSEIF or whose condition holds; -1 where that is not certain."""
+        while m >= 0 and self.marks.rows[m, KEYWORD] == O_ELSEIF:
+            offset: cython.longlong = self.marks.rows[m, OFFSET]
+            if (
+                self._execute(self.rows.at(offset, self.marks.rows[m, LINE])) != O_ELSEIF
+                or self.arguments != 1
+            ):
+                return -1
             if self.stack[self.depth] != 0.0:
                 break
-            target = self.marks[target, OTHER]
-            if target < 0:
-                return False
-        self.next = self.rows.behind_mark(target)
-        return True
+            m = self.marks.nearest(offset, 1, label, _BRANCHES, False, None)
+        return m
 
     @cython.cfunc
-    def _call(self, r: cython.Py_ssize_t, m: cython.Py_ssize_t) -> cython.bint:
+    def _go_to(self, m: cython.Py_ssize_t, at: cython.bint) -> cython.void:
+        """Go `at` the line of a mark, or behind it."""
+        offset: cython.longlong = self.marks.rows[m, OFFSET if at else BEHIND]
+        self.next = self.rows.at(offset, self.marks.rows[m, LINE] + (not at))
+
+    @cython.cfunc
+    def _call(self, r: cython.Py_ssize_t, label) -> cython.bint:
         """Begin a call of a subroutine of this text."""
         k: cython.Py_ssize_t
-        if self.arguments > _LOCALS or len(self.frames) >= self.deepest:
+        m: cython.Py_ssize_t = self.marks.subroutine(label)
+        if m < 0 or self.arguments > _LOCALS or len(self.frames) >= self.deepest:
             return False
-        frame: Frame = Frame(self.labels[self.marks[m, LABEL]], self.store.local)
+        frame: Frame = Frame(label, self.store.local)
         frame.source, frame.offset, frame.line = (
             self.source,
             self.kept[r, AFTER],
@@ -588,11 +593,11 @@ class Computer:
             self.numbers[k + 1] = self.stack[self.depth + k] if k < self.arguments else 0.0
         self.parameters.local = self.store.local = {}
         self.units += _CALL_UNITS
-        self.next = self.rows.behind_mark(self.marks[m, TARGET])
+        self._go_to(m, False)
         return True
 
     @cython.cfunc
-    def _leave(self, m: cython.Py_ssize_t, anywhere: cython.bint) -> cython.bint:
+    def _leave(self, label, anywhere: cython.bint) -> cython.bint:
         """End the innermost call, where nothing but its caller's parameters is to be put back."""
         given: cython.bint = self.arguments > 0
         if not self.frames:
@@ -600,7 +605,7 @@ class Computer:
         frame: Frame = self.frames[len(self.frames) - 1]
         if frame.again is not None or frame.restore or frame.count != _LOCALS:
             return False
-        if not anywhere and frame.label != self.labels[self.marks[m, LABEL]]:
+        if not anywhere and frame.label != label:
             return False
         self.frames.pop()
         frame.put_back(self.numbers)

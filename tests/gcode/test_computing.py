@@ -26,10 +26,9 @@ from cncgen.gcode.source import Source
 from cncgen.gcode.state.parameters import Parameters
 from cncgen.gcode.state.predefined import NAMED
 from cncgen.gcode.text import grammar
-from cncgen.gcode.text.lanes import PlainBlocks, column
+from cncgen.gcode.text.lanes import PlainBlocks
 from cncgen.gcode.text.parsers import STORED, new_parser
-from cncgen.kernels import gcode_arithmetic, gcode_lines, gcode_marks, gcode_run, gcode_store
-from cncgen.kernels.gcode_codes import ROW
+from cncgen.kernels import gcode_arithmetic, gcode_run, gcode_store
 from cncgen.toolpath.reading import ReadOptions
 from trials.generators.gcode_bodies import body, ways
 from trials.generators.macro_programs import MacroProgram
@@ -300,19 +299,6 @@ def test_random_bodies_lead_where_the_labels_say(number: int) -> None:
     for name, text, file in ways(bodies, "random_body", number == 2):
         if not file:
             assert printed(text, batches=True) == printed(text, batches=False), name
-        compiled, plain = (marks(text.encode(), kernel) for kernel in (gcode_marks, PLAIN_MARKS))
-        assert compiled.certain
-        assert (compiled.count, compiled.labels) == (plain.count, plain.labels)
-        assert compiled.rows.tolist() == plain.rows.tolist()
-
-
-PLAIN_MARKS = uncompiled("gcode_marks")
-
-
-def marks(data: bytes, kernel: Any) -> Any:
-    """Return the O-words of a text."""
-    parser, kept = new_parser("linuxcnc"), column("q", 4096, ROW)
-    return kernel.Marks(gcode_lines.Lines(parser, memoryview(data), kept), len(data))
 
 
 def test_random_macros_are_computed_as_they_are_compiled() -> None:

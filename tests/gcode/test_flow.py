@@ -13,7 +13,10 @@ from hypothesis import strategies as st
 
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.marked_lines import Labels
+from cncgen.kernels.gcode_codes import LITERALS
 from trials.generators.gcode_bodies import body, ways
+
+from ..kernels.plain import uncompiled
 
 
 def xs(out: Any) -> list[float]:
@@ -183,6 +186,9 @@ LINES = st.lists(
 )
 
 
+PLAIN = uncompiled("gcode_marks")
+
+
 @given(LINES, st.integers(0, 11), st.sampled_from([1.0, 2.0]), st.booleans())
 def test_marks_are_the_nearest_of_their_label(
     lines: list[tuple[str, str]], place: int, label: float, over: bool
@@ -211,6 +217,16 @@ def test_marks_are_the_nearest_of_their_label(
     def known(written: Any) -> Any:
         return value[names[id(written)]] if callable(written) else written
 
+    # The kernel runs uncompiled.
+    rows = [
+        (m.cursor.offset, m.cursor.line, LITERALS[m.keyword], m.label, m.after.offset) for m in labels.marks
+    ]
+    slow = PLAIN.Marks(rows)
+    bits = PLAIN.bits_of(wanted)
+    for way in (1, -1):
+        asked = (offset, way, label, bits, over, known)
+        assert slow.nearest(*asked) == labels.lines.nearest(*asked)
+    assert [slow.leads(m) for m in range(slow.count)] == [labels.lines.leads(m) for m in range(slow.count)]
     after = labels.next(offset, label, wanted, known, over_borders=over)
     before = labels.previous(offset, label, wanted, known)
     at = {mark.cursor.offset: k for k, mark in enumerate(labels.marks)}

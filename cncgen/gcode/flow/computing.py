@@ -53,8 +53,6 @@ class Computing:
         self._sources = sources
         self._plain = plain
         self._computers: dict[int, gcode_run.Computer] = {}
-        #: Sources whose O-words were asked for.
-        self._met: set[int] = set()
 
     def _computer(self, source: int) -> gcode_run.Computer:
         computer = self._computers.get(source)
@@ -71,6 +69,12 @@ class Computing:
                 Store(parameters.numbers, parameters.named, _RESERVED, STORED[dialect]),
                 self._plain.columns(), self._waits, PAUSE, meant, self._control.calls.frames, leads,
             )  # fmt: skip
+            if dialect == "linuxcnc":
+                calls, subroutines = self._control.calls, self._control.subroutines
+                computer.follow(
+                    lambda: subroutines.labels(source).lines, parameters, calls.outermost,
+                    self._control.ip.options.max_call_depth, source,
+                )  # fmt: skip
         return computer
 
     def _leads(
@@ -89,30 +93,6 @@ class Computing:
         code = self._control.ip.codes.get((letter, 10 * number))
         return code is not None and code.waits
 
-    def _follow(self, source: int) -> bool:
-        """Find the O-words of a source, once; tell whether they are followed from now on.
-
-        They are where all can be followed for certain: a computed label that something leads to may be any.
-        """
-        if source in self._met:
-            return False
-        self._met.add(source)
-        computer, control = self._computer(source), self._control
-        marks = computer.find_marks()
-        if not (marks.certain and marks.count) or (
-            marks.computed and control.subroutines.labels(source).computes
-        ):
-            return False
-        calls = control.calls
-        computer.follow(
-            marks,
-            self._parameters,
-            calls.outermost,
-            control.ip.options.max_call_depth,
-            source,
-        )
-        return True
-
     def read(self, here: Cursor, reached: Cursor, since: int) -> LinesRead | None:
         """Read on from a line, its source that of the blocks that wait, if any; None if it is not read here.
 
@@ -126,7 +106,7 @@ class Computing:
         offset = computer.run(here.offset, here.line, self._parameters.local)
         plain.count, plain.source = computer.blocks, here.source
         if not computer.lines:
-            return self.read(here, reached, since) if computer.meets and self._follow(here.source) else None
+            return None
         if here.source == 0:
             reached = Cursor(0, computer.reached, computer.reached_line)
         return LinesRead(

@@ -14,7 +14,6 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.calls import Calls
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.labels import Cursor, Label, shown
-from cncgen.records import dataclass
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -27,31 +26,10 @@ if TYPE_CHECKING:
     Method = Callable[["FlowControl", Flow, Cursor, Cursor], Cursor | None]
 
 
-@dataclass(frozen=True, slots=True)
-class _Looks:
-    """Keywords that an O-word of a branch or loop searches in its subroutine: above it, and below it."""
-
-    above: tuple[str, ...] = ()
-    below: tuple[str, ...] = ()
-    wanted: str = ""
-
-
-_LOOP_ENDS = ("endwhile", "endrepeat", "while")
 #: Numbers closer than this are equal.
 _EQUAL = 1e-4
 #: The goal of BREAK and CONTINUE.
 _LOOP_END = "the loop's end"
-_BRANCHES = {
-    "if": _Looks((), ("elseif", "else", "endif"), "endif"),
-    **dict.fromkeys(("elseif", "else"), _Looks(("if",), ("endif",), "endif")),
-    "endif": _Looks(("if",)),
-    "while": _Looks((), ("endwhile",), "endwhile"),
-    "endwhile": _Looks(("while",)),
-    "do": _Looks(),
-    "repeat": _Looks((), ("endrepeat",), "endrepeat"),
-    "endrepeat": _Looks(("repeat",)),
-    **dict.fromkeys(("break", "continue"), _Looks((), _LOOP_ENDS, _LOOP_END)),
-}
 #: Keywords that begin a branch or loop, and claim its label.
 _BEGINNING = ("if", "while", "do", "repeat")
 #: Values in brackets that an O-word takes at most, where it has a bound.
@@ -119,9 +97,10 @@ class FlowControl:
     def _methods(self) -> dict[str, Method]:
         """The function that executes each keyword; most programs have no O-word, and do not import it."""
         from cncgen.gcode.flow import sub_words
+        from cncgen.kernels.gcode_codes import LOOKS
 
         return {
-            **dict.fromkeys(_BRANCHES, FlowControl._branch),
+            **dict.fromkeys(LOOKS, FlowControl._branch),
             "sub": sub_words.define,
             "endsub": sub_words.end_sub,
             "return": sub_words.give_back,
@@ -133,32 +112,33 @@ class FlowControl:
         """Handle an O-word of a branch or loop: IF ELSEIF ELSE ENDIF, WHILE ENDWHILE, DO WHILE, REPEAT ENDREPEAT, BREAK, CONTINUE."""
         from cncgen.kernels import gcode_codes
 
-        keyword, looks, frame = flow.keyword, _BRANCHES[flow.keyword], self.calls.frame
+        keyword, frame = flow.keyword, self.calls.frame
+        above, below = gcode_codes.LOOKS[keyword]
         label = self.label_of(flow)
         if keyword in _BEGINNING:
             self.claim(flow, label, here)
-        mark = self.previous_mark(here, label, looks.above, keyword) if looks.above else None
+        mark = self.previous_mark(here, label, above, keyword) if above and keyword != "while" else None
         value = 0.0
         if keyword in ("if", "elseif", "while"):  # LinuxCNC computes that of ELSEIF on the way, too
             value = self.value_of(flow)
         elif keyword == "repeat" and not frame.repeats(label):
             value = float(nearest(self.value_of(flow), "the count of REPEAT"))
         elif keyword in ("break", "continue"):
-            mark = self.next_mark(here, label, looks.below, looks.wanted)
+            mark = self.next_mark(here, label, below, _LOOP_END)
         way = frame.lead(gcode_codes.KEYWORDS[keyword], label, value)
         if way == gcode_codes.STAY:
             return None
         if way == gcode_codes.PAST_PREVIOUS and keyword == "while":
-            mark = self.previous_mark(here, label, ("do",), "while")
+            mark = self.previous_mark(here, label, above, "while")
         elif way == gcode_codes.PAST_NEXT and keyword != "break":
-            mark = self._next_branch(here, label, looks)
+            mark = self._next_branch(here, label, below)
         assert mark is not None
         return mark.after if way in (gcode_codes.PAST_NEXT, gcode_codes.PAST_PREVIOUS) else mark.cursor
 
-    def _next_branch(self, here: Cursor, label: Label, looks: _Looks) -> Marked:
+    def _next_branch(self, here: Cursor, label: Label, below: tuple[str, ...]) -> Marked:
         """Return the O-word below that is looked for: of branches, the first ELSEIF whose condition holds."""
         while True:
-            mark = self.next_mark(here, label, looks.below, looks.wanted)
+            mark = self.next_mark(here, label, below, below[-1])
             if mark.keyword != "elseif":
                 return mark
             parsed = self.lines.parse(self.lines.text(mark.cursor))

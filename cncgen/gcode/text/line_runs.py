@@ -121,9 +121,7 @@ class RunScan:
         self.letters: set[str] = set()
         code = code_of(name)
         code.define(self.variables)
-        self._lines = Lines(
-            code, source.bytes, memoryview(bytearray(8 * codes.ROW)).cast("q", [1, codes.ROW])
-        )
+        self._lines = Lines(code, source.bytes)
 
     def run_at(self, here: Cursor, *, whole: bool) -> LineRun | None:
         """Return the run that begins at a line, None where its lines are few.

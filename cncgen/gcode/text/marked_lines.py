@@ -6,9 +6,8 @@ Codes"). Labels are local to their subroutine.
 
 from __future__ import annotations
 
-import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from functools import cached_property
 
 from cncgen.gcode.block import Value
@@ -21,7 +20,9 @@ from cncgen.gcode.text.normal_text import normalise
 from cncgen.gcode.text.parsers import parser
 from cncgen.grammars.terminals import LINUXCNC
 from cncgen.kernels import gcode_codes
-from cncgen.kernels.gcode_names import marked
+from cncgen.kernels.gcode_lines import Lines
+from cncgen.kernels.gcode_marks import Marks, bits_of
+from cncgen.kernels.gcode_names import numbered
 from cncgen.records import dataclass
 
 #: Kinds of marks that lead elsewhere and that nothing leads to.
@@ -47,25 +48,28 @@ class Labels:
     """The marked lines of one source.
 
     Attributes:
-        marks: All of them, in order.
+        lines: All of them, in order.
         computes: Whether the label of one is computed, so that it changes as the program runs.
     """
 
     def __init__(self, source: Source, index: int, dialect: str) -> None:
         self._source, self._index, self._dialect = source, index, dialect
-        self.marks = list(_find_marks(source, index, dialect))
-        self._computed: dict[str, list[Marked]] = {}
-        self._written: dict[tuple[Label, str], list[Marked]] = {}
-        for mark in self.marks:
-            if callable(mark.label):
-                self._computed.setdefault(mark.keyword, []).append(mark)
-            else:
-                self._written.setdefault((mark.label, mark.keyword), []).append(mark)
-        self.computes = bool(self._computed)
-        self._programs = [mark.cursor.offset for mark in self.marks if mark.keyword == "program"]
-        self._subs = [mark.cursor.offset for mark in self.marks if mark.keyword == "sub"]
-        self._border_marks = [mark for mark in self.marks if mark.keyword in ("sub", "endsub")]
-        self._borders = [mark.cursor.offset for mark in self._border_marks]
+        self.lines = Marks(_find_marks(source, dialect))
+        self.computes: bool = self.lines.computes
+
+    @cached_property
+    def marks(self) -> list[Marked]:
+        """All of them as records."""
+        return [self._mark(m) for m in range(self.lines.count)]
+
+    def _mark(self, m: int) -> Marked:
+        label, keyword, offset, line, after = self.lines.mark(m)
+        return Marked(
+            label,
+            _KEYWORDS[keyword],
+            Cursor(self._index, offset, line),
+            Cursor(self._index, after, line + 1),
+        )
 
     def first(self, label: Label, keywords: tuple[str, ...], resolve: Resolve) -> Marked | None:
         """Return the first line with a label and one of the keywords."""
@@ -75,52 +79,34 @@ class Labels:
         self, offset: int, label: Label, keywords: tuple[str, ...], resolve: Resolve, *, over_borders: bool
     ) -> Marked | None:
         """Return the first such line behind an offset; within its subroutine, unless `over_borders`."""
-        border = len(self._borders) if over_borders else bisect_right(self._borders, offset)
-        last: float = self._borders[border] if border < len(self._borders) else math.inf
-        behind = lambda row: range(bisect_right(row, offset, key=_offset), len(row))  # noqa: E731
-        return self._nearest(label, keywords, resolve, behind, 1, last)
+        m = self.lines.nearest(offset, 1, label, bits_of(keywords), over_borders, resolve)
+        return None if m < 0 else self._mark(m)
 
     def previous(
         self, offset: int, label: Label, keywords: tuple[str, ...], resolve: Resolve
     ) -> Marked | None:
         """Return the last such line before an offset, within its subroutine."""
-        border = bisect_left(self._borders, offset)
-        first = self._borders[border - 1] if border else -1
-        before = lambda row: range(bisect_left(row, offset, key=_offset) - 1, -1, -1)  # noqa: E731
-        return self._nearest(label, keywords, resolve, before, -1, -first)
-
-    def _nearest(
-        self,
-        label: Label,
-        keywords: tuple[str, ...],
-        resolve: Resolve,
-        among: Callable[[list[Marked]], Iterable[int]],
-        way: int,
-        most: float,
-    ) -> Marked | None:
-        """Return the first such line `among` those of a row, looked through one `way` (1 forward, -1 back) to the offset `most` times that."""
-        written = [self._written.get((label, keyword), []) for keyword in keywords]
-        nearest = None
-        for row in (*written, *(self._computed.get(keyword, []) for keyword in keywords)):
-            for index in among(row):
-                mark = row[index]
-                if way * mark.cursor.offset > most:
-                    break
-                if resolve(mark.label) == label:
-                    nearest, most = mark, way * mark.cursor.offset
-                    break
-        return nearest
+        m = self.lines.nearest(offset, -1, label, bits_of(keywords), False, resolve)
+        return None if m < 0 else self._mark(m)
 
     def border(self, offset: int) -> Marked | None:
         """Return the first SUB or ENDSUB behind an offset."""
-        index = bisect_right(self._borders, offset)
-        return self._border_marks[index] if index < len(self._borders) else None
+        m = self.lines.border(self.lines.behind(offset + 1), 1)
+        return None if m < 0 else self._mark(m)
 
     def program_range(self, offset: int) -> tuple[int, int]:
         """Return the offsets between which the program of a line stands in its file."""
         index = bisect_right(self._programs, offset)
         begin = self._programs[index - 1] if index else 0
         return begin, self._programs[index] if index < len(self._programs) else len(self._source)
+
+    @cached_property
+    def _programs(self) -> list[int]:
+        return [mark.cursor.offset for mark in self.marks if mark.keyword == "program"]
+
+    @cached_property
+    def _subs(self) -> list[int]:
+        return [mark.cursor.offset for mark in self.marks if mark.keyword == "sub"]
 
     @cached_property
     def loops(self) -> Loops:
@@ -131,7 +117,7 @@ class Labels:
     def numbered(self) -> dict[int, list[Cursor]]:
         """Lines by their N word."""
         found: dict[int, list[Cursor]] = {}
-        for offset, line, begin, end in marked(parser(self._dialect, False), self._source.bytes, True):
+        for offset, line, begin, end in numbered(parser(self._dialect, False), self._source.bytes):
             number = normalise(self._source.data[begin:end].decode())[1:].partition(".")[0]
             if len(number) <= _MOST_DIGITS:
                 found.setdefault(int(number), []).append(Cursor(self._index, offset, line))
@@ -142,20 +128,20 @@ class Labels:
         return bisect_right(self._subs, begin) < bisect_left(self._subs, end)
 
 
-def _offset(mark: Marked) -> int:
-    return mark.cursor.offset
+def _find_marks(source: Source, dialect: str) -> list[tuple[int, int, int, Value | str, int]]:
+    """Return the lines that something may lead to, as far as the grammar reads them, as `Marks` takes them."""
+    found = Lines(parser(dialect, False), source.bytes).marked(dialect == "linuxcnc")
+    for k, (begin, line, number, label, after) in enumerate(found):
+        if label is None:
+            label, keyword = _read(source.text_at(begin), dialect, refused=not number)
+            found[k] = begin, line, gcode_codes.LITERALS[keyword] if keyword else 0, label, after
+    return [mark for mark in found if mark[2]]
 
 
-def _find_marks(source: Source, index: int, dialect: str) -> Iterator[Marked]:
-    """Yield the lines that something may lead to, as far as the grammar reads them."""
-    for begin, line, number, label in marked(parser(dialect, False), source.bytes):
-        keyword = _KEYWORDS.get(number, "")
-        if keyword not in _LEAVING and label is None:
-            text = source.text_at(begin)
-            label, keyword = _opening(text) if not number and dialect == "linuxcnc" else _flow(text, dialect)
-        if label is not None and keyword not in _LEAVING:
-            after = Cursor(index, source.line_end(begin) + 1, line + 1)
-            yield Marked(label, keyword, Cursor(index, begin, line), after)
+def _read(text: str, dialect: str, *, refused: bool) -> tuple[Value | str | None, str]:
+    """Return label and keyword of a line by the parser or its opening; no keyword where nothing leads to it."""
+    label, keyword = _opening(text) if refused and dialect == "linuxcnc" else _flow(text, dialect)
+    return (None, "") if label is None or keyword in _LEAVING else (label, keyword)
 
 
 def _flow(text: str, dialect: str) -> tuple[Value | str | None, str]:
