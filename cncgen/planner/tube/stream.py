@@ -45,10 +45,6 @@ _LESS = 1e-5
 _SAME_PLACE = 1e-9
 #: Periods by which a run is planned from inside of its ends where the plan is moving.
 _INSIDE = 5.0
-#: Nodes in a period, on the average of a window, above which it is not searched: that takes long and gains next to nothing.
-_SHOWN = 6
-#: Samples of the plan in a period, at most: nodes that are closer are not searched.
-_FINEST = 16.0
 #: Time without a border, in times between nodes, after which one is made.
 _WAITED = 256
 #: Borders are apart by this part of the narrower tolerance at least.
@@ -106,10 +102,9 @@ class Tube:
         finite = np.isfinite(jerk)
         # On a machine that has none of the axes nothing moves, and there is nothing to search.
         self.ended = not finite.any()
-        highest = (float(each[finite | self.ended].max()) for each in (jerk, acceleration))
-        self.scales = Scales(*highest)
-        self.spacing_s, near = self.scales.spacing(machine.path_tolerance_mm)
-        near = max(near, machine.period_s / _FINEST)
+        strongest, largest = (float(each[finite | self.ended].max()) for each in (jerk, acceleration))
+        self.scales = Scales(strongest, largest, machine.period_s)
+        self.spacing_s, near = (float(each) for each in self.scales.spacing(machine.path_tolerance_mm))
         self.reference = Reference(self.scale, near, 5.0 * machine.period_s)
         self.hand = Hand(self.reference, program, (velocity, acceleration, jerk), machine)
         self.places = RowPlaces(program, self.reference)
@@ -200,7 +195,7 @@ class Tube:
                 run.alone = bool((speed <= REST).all()) and _has_room(run.state, nodes)
             if run.alone and nodes is not None:
                 window = self._planned(run, nodes, len(nodes))
-                if self._gains(window):
+                if window.goals is not None:
                     self.search.begin(window)
         return bool(run.alone)
 
@@ -348,7 +343,8 @@ class Tube:
         yield from self.hand.plain(run.t)
         final = count if whole else self._final(nodes)
         window, free = self._planned(run, nodes, final), _has_room(run.state, nodes)
-        tried = free and self._gains(window) and self._searches(nodes)
+        # Without goals it cannot be told whether a motion is within the tolerance.
+        tried = free and window.goals is not None and self._searches(nodes)
         found, better = self._fastest(run, window) if tried else (None, False)
         if not better:
             self.search.forget()
@@ -381,15 +377,11 @@ class Tube:
         rows = self._rows(run, nodes, final == len(nodes))
         return Window(nodes, final, run.state, run.t, run.tail is None, *rows)
 
-    def _gains(self, window: Window) -> bool:
-        """Tell whether a motion can be told to be within the tolerance, and setpoints show its nodes: else no room of them matters."""
-        lasts = float(window.nodes.t[-1]) - window.t
-        return window.goals is not None and lasts * _SHOWN > len(window.nodes) * self.machine.period_s
-
     def _final(self, nodes: Nodes) -> int:
         """Return the number of nodes of a window after which its end is not felt."""
         count, end = len(nodes), float(nodes.t[-1])
-        felt = np.searchsorted(nodes.t, end - self.search.bounds.felt(float(nodes.feed[-OVERLAP:].max())))
+        bounds = self.search.bounds.within(nodes.allowed.max())
+        felt = np.searchsorted(nodes.t, end - bounds.felt(float(nodes.feed[-OVERLAP:].max())))
         return int(np.clip(felt, max(count - OVERLAP, count // 3), count - 1))
 
     def _fastest(self, run: _Run, window: Window) -> tuple[Solved | None, bool]:

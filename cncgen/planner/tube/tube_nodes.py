@@ -20,6 +20,8 @@ _Band = tuple[Floats, Floats, Floats, Floats]
 
 #: Time between nodes, as a part of (P/J)^(1/3), the time in which full jerk crosses the tolerance; beside corners the second part.
 SPACING = 0.7, 0.34
+#: Full jerk crosses the tolerance in this part of a period at least: chords between setpoints leave a motion that does so sooner.
+SHOWN = 0.5
 #: Growth of the spacing with the time from close nodes.
 _GROWTH = 0.12
 #: The path turns by at most so much between nodes, rad.
@@ -112,18 +114,20 @@ class Scales:
 
     Attributes:
         jerk, acceleration: Of the strongest axis.
+        period_s: Time between setpoints.
         part: Part of the tolerance that nodes have for their room.
         close: How many times closer than usual nodes are.
     """
 
     jerk: float
     acceleration: float
+    period_s: float
     part: float = 1.0
     close: float = 1.0
 
-    def spacing(self, tolerance: float) -> tuple[float, float]:
-        """Return the time between nodes, and beside corners, s."""
-        time = float(elementary.cbrt(tolerance / self.jerk)) / self.close
+    def spacing(self, tolerance: Floats | float) -> tuple[Floats, Floats]:
+        """Return the time between nodes, and beside corners, s, for tolerances of any shape."""
+        time = np.maximum(elementary.cbrt(tolerance / self.jerk) / self.close, SHOWN * self.period_s)
         return SPACING[0] * time, SPACING[1] * time
 
     def floor(self, tolerance: float) -> float:
@@ -139,7 +143,7 @@ def borders_of(program: Programmed, first: int, places: Floats, speed: Floats, s
     chord = np.sqrt(((entry[1:] - leave[:-1]) ** 2).sum(axis=1))
     turn = 2.0 * elementary.arcsin(np.minimum(0.5 * chord, 1.0))
     narrow = np.minimum(tolerance[1:], tolerance[:-1])
-    time = SPACING[0] * elementary.cbrt(narrow / scales.jerk)
+    time = scales.spacing(narrow)[0]
     shown = (
         turn * np.maximum(speed[1:-1], 2.0 * elementary.cbrt(narrow**2 * scales.jerk)) * time / 4.0
         > _SHOWS * narrow
@@ -260,8 +264,7 @@ class _Clock:
         tolerance: float,
     ) -> _Clock:
         """Return the clock between the first place and the last one; the arguments are those of `nodes_of`, and which rows begin at joints."""
-        near, floor = scales.spacing(tolerance)[1], scales.floor(tolerance)
-        usual = near * SPACING[0] / SPACING[1]
+        (usual, near), floor = scales.spacing(tolerance), scales.floor(tolerance)
         seen = places[joint]
         s = np.unique(np.concatenate([grid.s[(grid.s > places[0]) & (grid.s < places[-1])], seen]))
         free, v, bend, rate = (

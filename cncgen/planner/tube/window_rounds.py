@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from cncgen.geometry import elementary
 from cncgen.planner.tube.deviation import PHASES, Reached, excess, tangled
 from cncgen.planner.tube.programmed import RowLines
-from cncgen.planner.tube.tube_nodes import SPACING, Nodes
+from cncgen.planner.tube.tube_nodes import SHOWN, SPACING, Nodes
 from cncgen.planner.tube.window_judge import too_fast
 from cncgen.planner.tube.window_problem import Problem, Solved
 from cncgen.planner.tube.window_start import Found, again, begun, faster
@@ -55,6 +55,11 @@ class Bounds:
     acceleration: Floats
     jerk: Floats
     period_s: float
+
+    def within(self, tolerance: float) -> Bounds:
+        """Return those of a motion that chords between setpoints can keep within a tolerance."""
+        most = tolerance / (SHOWN * self.period_s) ** 3
+        return replace(self, jerk=np.where(np.isfinite(self.jerk), np.minimum(self.jerk, most), np.inf))
 
     def felt(self, feed: float) -> float:
         """Return the time over which the end of a window has influence, at a feed that bounds linear axes."""
@@ -120,7 +125,8 @@ class Rounds:
             allowed: Shape (nodes,), the tolerance at them.
         """
         nodes = window.nodes
-        self.window, self.bounds, self.goal, self.allowed = window, bounds, goal, allowed
+        self.window, self.goal, self.allowed = window, goal, allowed
+        self.bounds = bounds.within(allowed.max())
         self.columns = moving(window.state, nodes)
         self.number, self.units, self.exact, self.changed, self.early = -1, 0, False, False, False
         self.tangent, self.bounded = nodes.tangent, False

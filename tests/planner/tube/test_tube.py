@@ -303,6 +303,20 @@ def test_a_larger_tolerance_takes_no_longer(
     assert seconds[1] <= 1.001 * seconds[0]
 
 
+@pytest.mark.parametrize("step", [0.0005, 0.001])
+def test_more_jerk_than_setpoints_can_follow_takes_no_longer(step: float) -> None:
+    """Stairs at P 0.25 µm and 8.3 ms: with ten times the jerk the search found nothing, and they took 1.15 and 1.9 times as long."""
+    rows = polyline([(step * ((i + 1) // 2), step * (i // 2)) for i in range(40)])
+    text = "\n".join(["G21 G90 G94 G17 G64 P0.00025 F60", *rows, "M30", ""])
+    seconds = []
+    for jerk in (1500.0, 15000.0, 150000.0):
+        on = quick(dict.fromkeys("XY", (2.0, 500.0, jerk)), 8.3e-3, 1e-5, 1e-3)
+        time, broken = planned(text, on)
+        assert not broken
+        seconds.append(time)
+    assert max(seconds) <= 1.001 * seconds[0]
+
+
 def test_a_last_row_shorter_than_the_tolerance_loses_no_window() -> None:
     """The end of the program was taken for a rest that the plan had not come to, and all of the plan stood: twice the time."""
     rows = polyline([(0, 0), (-0.0279, 0.011), (-0.3045, -1.0764), (-1.1561, -0.5522), (-1.165, -0.5701)])
