@@ -6,6 +6,14 @@ from cython.cimports.cncgen.kernels.gcode_codes import (
     PAST_NEXT, PAST_PREVIOUS, STAY,
 )  # fmt: skip
 
+#: By keyword from IF on: where it leads whatever its value.
+_ALWAYS = cython.declare(cython.int[15])
+_k: cython.int
+for _k in range(15):
+    _ALWAYS[_k] = STAY
+_ALWAYS[O_ELSE - O_IF] = _ALWAYS[O_ELSEIF - O_IF] = _ALWAYS[O_BREAK - O_IF] = PAST_NEXT
+_ALWAYS[O_ENDWHILE - O_IF], _ALWAYS[O_CONTINUE - O_IF] = AT_PREVIOUS, AT_NEXT
+
 
 @cython.freelist(64)
 @cython.cclass
@@ -102,38 +110,52 @@ class Frame:
             label: Its label.
             value: The value of its condition, or the whole count of REPEAT; 0 where it has none.
         """
-        rounds: cython.longlong
         if keyword == O_IF:
             return STAY if value != 0.0 else PAST_NEXT
         if keyword == O_WHILE:
-            if self.doing is None or label not in self.doing:
-                return STAY if value != 0.0 else PAST_NEXT
-            if value != 0.0:
-                return PAST_PREVIOUS
-            self.doing.discard(label)
-        elif keyword == O_ELSE or keyword == O_ELSEIF:
-            return PAST_NEXT
-        elif keyword == O_ENDWHILE:
-            return AT_PREVIOUS
-        elif keyword == O_CONTINUE:
-            return AT_NEXT
-        elif keyword == O_DO:
+            return self._at_while(label, value != 0.0)
+        if keyword == O_REPEAT or keyword == O_ENDREPEAT:
+            return self._at_repeat(keyword == O_REPEAT, label, value)
+        if keyword == O_DO:
             if self.doing is None:
                 self.doing = set()
             self.doing.add(label)
-        elif keyword == O_REPEAT or keyword == O_ENDREPEAT:
-            rounds = self.left[label] - 1 if self.repeats(label) else cython.cast(cython.longlong, value)
-            if rounds > 0:
-                self.left = self.left or {}
-                self.left[label] = rounds
-            elif self.left is not None:
-                self.left.pop(label, None)
-            if (rounds > 0) != (keyword == O_REPEAT):
-                return PAST_NEXT if keyword == O_REPEAT else PAST_PREVIOUS
         elif keyword == O_BREAK:
             if self.doing is not None:
                 self.doing.discard(label)
-            if self.left is not None:
-                self.left.pop(label, None)
-            return PAST_NEXT
+            self._go_round(label, 0)
+        return _ALWAYS[keyword - O_IF]
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _at_while(self, label, holds: cython.bint) -> cython.int:
+        """Return where WHILE leads, the foot of a loop that DO began or the head of one."""
+        if self.doing is None or label not in self.doing:
+            return STAY if holds else PAST_NEXT
+        if holds:
+            return PAST_PREVIOUS
+        self.doing.discard(label)
         return STAY
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _at_repeat(self, begins: cython.bint, label, count: cython.double) -> cython.int:
+        """Return where REPEAT or ENDREPEAT leads, with one round less to go."""
+        rounds: cython.longlong = (
+            self.left[label] - 1 if self.repeats(label) else cython.cast(cython.longlong, count)
+        )
+        self._go_round(label, rounds)
+        if (rounds > 0) == begins:
+            return STAY
+        return PAST_NEXT if begins else PAST_PREVIOUS
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def _go_round(self, label, rounds: cython.longlong) -> cython.int:
+        """Keep how many rounds of a REPEAT are left, this one with them."""
+        if rounds > 0:
+            self.left = self.left or {}
+            self.left[label] = rounds
+        elif self.left is not None:
+            self.left.pop(label, None)
+        return 0

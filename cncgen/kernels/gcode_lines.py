@@ -55,6 +55,43 @@ def _fill_tables() -> cython.void:
 
 _fill_tables()
 
+_NAN = cython.declare(cython.double, float("nan"))
+#: A number, NaN where it is not certain; the offset behind it, and how many of its digits are decimals, -1 without a point.
+_Number = cython.struct(value=cython.double, after=cython.Py_ssize_t, decimals=cython.int)
+
+
+@cython.cfunc
+@cython.inline
+@cython.exceptval(check=False)
+def _number(
+    text: cython.const[cython.uchar][::1],
+    at: cython.Py_ssize_t,
+    end: cython.Py_ssize_t,
+    comma: cython.int,
+    blanks: cython.bint,
+) -> _Number:
+    """Read the number without a sign at `at`: digits with at most one point, or `comma` for it, and `blanks` or none."""
+    mantissa: cython.ulonglong = 0
+    digits: cython.int = 0
+    #: How many digits stand before the point, -1 without one.
+    whole: cython.int = -1
+    decimals: cython.int
+    c: cython.int
+    while at < end:
+        c = text[at]
+        if 48 <= c <= 57:
+            mantissa = mantissa * 10 + cython.cast(cython.ulonglong, c - 48)
+            digits += 1
+        elif (c == 46 or c == comma) and whole < 0:
+            whole = digits
+        elif not (blanks and is_blank(c)):
+            break
+        at += 1
+    decimals = digits - whole if whole >= 0 else -1
+    return _Number(
+        value=decimal(mantissa, digits, decimals if decimals > 0 else 0), after=at, decimals=decimals
+    )
+
 
 def zeros(size):
     """Return a buffer; pages of it that are not filled take no time.
@@ -221,28 +258,15 @@ class Code(Tables):
     @cython.exceptval(check=False)
     def number(self, at: cython.Py_ssize_t, end: cython.Py_ssize_t) -> cython.double:
         """Return the number of a token: signs, digits with at most one point or comma, blanks; NaN where it is not certain."""
-        mantissa: cython.ulonglong = 0
-        digits: cython.int = 0
-        #: How many digits stand before the point, -1 without one.
-        whole: cython.int = -1
         negative: cython.bint = False
-        value: cython.double
-        c: cython.int
-        while at < end:
-            c = self.text[at]
-            if 48 <= c <= 57:
-                mantissa = mantissa * 10 + cython.cast(cython.ulonglong, c - 48)
-                digits += 1
-            elif (c == 46 or c == 44) and whole < 0:
-                whole = digits
-            elif (c == 43 or c == 45) and digits == 0 and whole < 0:
-                negative = c == 45
-            elif not is_blank(c):
-                digits = 0
-                break
+        number: _Number
+        while at < end and (is_blank(self.text[at]) or self.text[at] == 43 or self.text[at] == 45):
+            negative = negative or self.text[at] == 45
             at += 1
-        value = decimal(mantissa, digits, digits - whole if whole >= 0 else 0)
-        return -value if negative else value
+        number = _number(self.text, at, end, 44, True)
+        if number.after < end:
+            return _NAN
+        return -number.value if negative else number.value
 
     @cython.cfunc
     @cython.exceptval(-1, check=False)
@@ -424,31 +448,14 @@ class Shapes:
 
         `form` is 0 where it is not certain.
         """
-        mantissa: cython.ulonglong = 0
-        digits: cython.int = 0
-        decimals: cython.int = -1
-        c: cython.int = self.text[at]
-        form: cython.int = SHAPE_POINT_FIRST if c == 46 else SHAPE_WHOLE
-        while at < size:
-            c = self.text[at]
-            if 48 <= c <= 57:
-                mantissa = mantissa * 10 + cython.cast(cython.ulonglong, c - 48)
-                digits += 1
-            elif (c == 46 or c == self.comma) and decimals < 0:
-                # Digits up to here are none of the decimals.
-                decimals = digits
-            else:
-                break
-            at += 1
-        value: cython.double = decimal(mantissa, digits, digits - decimals if decimals >= 0 else 0)
-        if value != value or (at < size and c == 46):
+        number: _Number = _number(self.text, at, size, self.comma, False)
+        self.form = SHAPE_POINT_FIRST if self.text[at] == 46 else SHAPE_WHOLE
+        if number.decimals >= 0 and self.form == SHAPE_WHOLE:
+            self.form = SHAPE_DOTTED
+        if number.value != number.value or (number.after < size and self.text[number.after] == 46):
             self.form = 0
-            return at
-        self.value[count] = value
-        if decimals >= 0 and form == SHAPE_WHOLE:
-            form = SHAPE_DOTTED
-        self.form = form
-        return at
+        self.value[count] = number.value
+        return number.after
 
     @cython.cfunc
     @cython.exceptval(check=False)

@@ -54,3 +54,4 @@ cdef class BlockWords:
     cdef void _take_rare_code(self, int code, Modes force) noexcept
     cdef void _take_function(self, double code, Modes force) noexcept
     cdef void _judge_rare_words(self, Modes force) noexcept
+    cdef unsigned int _unused(self, int motion, bint ends, bint drills, Modes force) noexcept

@@ -221,34 +221,37 @@ class BlockWords:
     @cython.exceptval(check=False)
     def _judge_rare_words(self, force: Modes) -> cython.void:
         """Tell of a block that is more than a motion whether it is plain: each of its words has one use."""
-        given: cython.uint = self.given
-        motion: cython.int = self.motion
-        needs: cython.int = 0
-        plain: cython.bint = self.plain
         self.rare = True
-        if self.cancels and motion < 0 and force.holes:
-            # Beside another motion, G80 says nothing.
-            plain = plain and not given & (ANY_AXIS | ANY_OFFSET | WITH_R)
-        elif motion < 0:
-            motion = force.motion
-        if motion > 3 and given & ANY_HOLE:
-            needs = _NEEDS[motion]
-            if given & (ANY_OFFSET | (ANY_AXIS & ~ANY_HOLE)) or self.dwells:
-                plain = False
-        elif self.motion > 3 or given & WITH_L or (motion > 3 and given & (ANY_AXIS | ANY_OFFSET | WITH_R)):
-            plain = False
-        if given & WITH_S and not (self.word[SLOT_S] >= 0.0 and force.silent and force.free_spindle):
-            plain = False
-        if given & WITH_T and not (
-            force.tools
-            and 0.0 <= self.word[SLOT_T] <= _LARGEST
-            and self.word[SLOT_T] == floor(self.word[SLOT_T])
+        # Beside another motion, G80 says nothing.
+        ends: cython.bint = self.cancels and self.motion < 0 and force.holes
+        motion: cython.int = -1 if ends else (self.motion if self.motion >= 0 else force.motion)
+        drills: cython.bint = motion > 3 and self.given & ANY_HOLE
+        if self.given & self._unused(motion, ends, drills, force) or (self.motion > 3 and not drills):
+            self.plain = False
+        if self.given & WITH_S and not self.word[SLOT_S] >= 0.0:
+            self.plain = False
+        if self.given & WITH_T and not (
+            0.0 <= self.word[SLOT_T] <= _LARGEST and self.word[SLOT_T] == floor(self.word[SLOT_T])
         ):
-            plain = False
-        if given & WITH_P and not (self.dwells or needs & GIVEN_P):
-            plain = False
-        if given & WITH_Q and not needs & GIVEN_Q:
-            plain = False
-        if self.dwells and not (given & WITH_P and self.word[SLOT_P] >= 0.0 and motion < 2):
-            plain = False
-        self.plain = plain
+            self.plain = False
+        if self.dwells and not (self.given & WITH_P and self.word[SLOT_P] >= 0.0 and motion < 2):
+            self.plain = False
+
+    @cython.cfunc
+    @cython.inline
+    @cython.exceptval(check=False)
+    def _unused(
+        self, motion: cython.int, ends: cython.bint, drills: cython.bint, force: Modes
+    ) -> cython.uint:
+        """Return the words that nothing in the block has a use for: under a motion in force, which G80 `ends`, or which `drills` a hole."""
+        needs: cython.int = _NEEDS[motion] if drills else 0
+        words: cython.uint = ANY_OFFSET | (ANY_AXIS & ~ANY_HOLE) if drills else WITH_L
+        if not drills and (ends or motion > 3):
+            words |= ANY_AXIS | ANY_OFFSET | WITH_R
+        if not (self.dwells or needs & GIVEN_P):
+            words |= WITH_P
+        if not needs & GIVEN_Q:
+            words |= WITH_Q
+        if not (force.silent and force.free_spindle):
+            words |= WITH_S
+        return words if force.tools else words | WITH_T

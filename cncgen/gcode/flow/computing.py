@@ -70,10 +70,11 @@ class Computing:
                 self._plain.columns(), self._waits, PAUSE, meant, self._control.calls.frames, leads,
             )  # fmt: skip
             if dialect == "linuxcnc":
-                calls, subroutines = self._control.calls, self._control.subroutines
+                control = self._control
+                # Texts without O-words have no use for the module of subroutines.
                 computer.follow(
-                    lambda: subroutines.labels(source).lines, parameters, calls.outermost,
-                    self._control.ip.options.max_call_depth, source,
+                    lambda: control.subroutines.labels(source).lines, parameters, control.calls.outermost,
+                    control.ip.options.max_call_depth, source,
                 )  # fmt: skip
         return computer
 

@@ -67,7 +67,7 @@ class Parts:
         self.control.calls.flush = faults.flush = self.pending.flush
         self.control.execute = self.executor.execute
         self.control.run_profile = partial(_run_profile, self.control)
-        faults.recover = partial(_recover, ip)
+        faults.recover = partial(_recover, ip, self.lines)
 
     def _line_runner(self) -> LineRunner:
         """Return what runs lines one by one; programs whose lines are all plain or computed do not import the module."""
@@ -83,8 +83,8 @@ def _run_profile(control: FlowControl, take: Take, first: Cursor, end: Cursor | 
     run_profile(control, take, first, end, word)
 
 
-def _recover(ip: Interpreter, text: str) -> None:
+def _recover(ip: Interpreter, lines: LineReader, text: str) -> None:
     """Put the modes of a faulty line in force; a program without faults does not import the module."""
     from cncgen.gcode.flow.recovery import recover
 
-    recover(ip, text)
+    recover(ip, lines.parse, text)

@@ -7,14 +7,14 @@ place. This has no effect on a plan, since a program with errors is not planned.
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from contextlib import suppress
 
-from cncgen.gcode.block import AXIS_INDEX, LARGEST, Block, Value, evaluate, tenths
+from cncgen.gcode.block import AXIS_INDEX, LARGEST, Block, Parsed, Value, evaluate, tenths
 from cncgen.gcode.codes.lathe_words import turned
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import PLAIN_MOTIONS
-from cncgen.gcode.text import grammar
 from cncgen.gcode.text.normal_text import normalise
 from cncgen.grammars.terminals import LINUXCNC
 
@@ -22,15 +22,15 @@ from cncgen.grammars.terminals import LINUXCNC
 _MODES = frozenset(("plane", "units", "distance", "arc distance", "feed mode"))
 
 
-def recover(ip: Interpreter, text: str) -> None:
+def recover(ip: Interpreter, parse: Callable[[str], Parsed], text: str) -> None:
     """Put the modes and the feed rate of a faulty line in force, and take the end point of its axis words for the position.
 
     Lines with another use of axis words do not change the position. So do lines under G91: an arc whose centre is given from its
-    start is then correct in itself.
+    start is then correct in itself. `parse` has the block of a line that was read before.
     """
     if ip.guard is not None:
         return
-    words, codes = _said(ip, text)
+    words, codes = _said(ip, parse, text)
     rows = {number: ip.codes.get(("G", number)) for number in codes}
     modes = [number for number, row in rows.items() if row is not None and row.group in _MODES]
     motions = [number for number in codes if number in PLAIN_MOTIONS]
@@ -47,11 +47,11 @@ def recover(ip: Interpreter, text: str) -> None:
         stand(ip, Block({letter: v for letter, v in words.items() if letter in AXIS_INDEX}))
 
 
-def _said(ip: Interpreter, text: str) -> tuple[dict[str, float], list[int]]:
+def _said(ip: Interpreter, parse: Callable[[str], Parsed], text: str) -> tuple[dict[str, float], list[int]]:
     """Return the words of a line that have values, and its G codes; none of a line that jumps or loops."""
     pairs: list[tuple[str, Value]]
     try:
-        parsed = grammar.parse(text, ip.dialect)
+        parsed = parse(text)
     except BlockError:
         found = re.finditer(LINUXCNC["WORD"], normalise(text))
         pairs = [(word[0][0], float(word[0][1:])) for word in found]
