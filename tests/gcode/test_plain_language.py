@@ -112,6 +112,29 @@ def test_retracting_along_the_tool(run: Any) -> None:
     assert [d.code for d in out.diagnostics] == ["dialect", "retract-unknown"]
 
 
+def test_the_feed_of_a_retraction_ends_with_it(run: Any) -> None:
+    """``L X+0 Y+38.5 F125 M140 MB 50 F750`` (iTNC 530, Miscellaneous functions, M140): back at 750, and on at 125."""
+    out = plain(run, "Q5 = 7\nL X+20 F120 M140 MB 50 F720\nL X+30\nM140 MB Q5\nL X+40 M140 MB 3 FMAX\nL X+50")
+    assert ends(out)[:3] == [[20, 0, 0], [20, 0, 50], [30, 0, 50]]
+    assert ends(out)[3:] == [[30, 0, 57], [40, 0, 57], [40, 0, 60], [50, 0, 60]]
+    feeds, moves = out.path.feed, out.path.kind != 3
+    rapid = np.isnan(feeds[moves])
+    np.testing.assert_allclose(feeds[moves][~rapid], [2, 12, 2, 2, 2])
+    assert rapid.tolist() == [False, False, False, True, False, True, False]
+
+
+def test_the_feed_of_a_corner_is_its_own(run: Any) -> None:
+    """F of RND and CHF holds in that block alone; the one before it counts behind (iTNC 530, Path contours, "Corner rounding")."""
+    lines = "L X+20 F600\nRND R2 F60\nL Y+20\nCHF 1 F120\nL X+40\nRND R1\nL Y+40\nRND R1 F AUTO\nL X+60"
+    out = plain(run, f"TOOL CALL 1 Z S1000 F180\n{lines}")
+    np.testing.assert_allclose(out.path.feed[out.path.kind != 3], [10, 1, 10, 2, 10, 10, 10, 3, 10])
+    iso = run(
+        "%A G71 *\nN1 G01 G90 X+20 F600 *\nN2 G25 R2 F60 *\nN3 Y+20 *\nN4 G24 R1 F120 *\nN5 X+40 *\nN9 M30 *\n"
+    )
+    assert iso.errors == []
+    np.testing.assert_allclose(iso.path.feed[iso.path.kind != 3], [10, 1, 10, 2, 10])
+
+
 @pytest.mark.parametrize(
     ("block", "code", "column"),
     [

@@ -868,3 +868,29 @@ def test_the_length_of_a_mill_goes_with_the_plane_on_the_control(
 ) -> None:
     """Length 1 of a milling tool is along Z in G17, Y in G18, X in G19 (840D sl, Tools), unless setting data 42940 says another plane."""
     assert codes(run, f"{lines}\nM30") == told
+
+
+def test_corners_have_the_feed_of_frc_and_frcm(run: Run) -> None:
+    """FRC= is the feed of that corner alone, FRCM= that of all until FRCM=0 (840D sl, Fundamentals, "Chamfer, rounding"): by hand."""
+    text = (
+        "T1 M6\nF600\nG1 X20 RND=2 FRC=60\nY20 F1200\nX40 CHR=1\nY40\nFRCM=120\n"
+        "X60 RNDM=1\nY60 CHR=1 FRC=180\nX80\nY80 FRCM=0\nX100 RNDM=0\nM30"
+    )
+    path = run(text).path
+    moves = path.kind != 3
+    feeds = [10, 1, 20, 20, 20, 20, 20, 2, 20, 3, 20, 2, 20, 20, 20]
+    np.testing.assert_allclose(path.feed[moves], feeds)
+    assert not [event.name for event in path.events if event.name == "corner-feed"]
+
+
+@pytest.mark.parametrize(
+    ("line", "word"), [("G1 X5 RNDM=-1", "RNDM=-1"), ("G1 X5 RND=-1", "RND=-1"), ("G1 X5 CHF=-1", "CHF=-1")]
+)
+def test_a_corner_of_a_size_below_0_is_called_by_its_name(run: Run, line: str, word: str) -> None:
+    assert fault(run, f"T1 M6\nF100\n{line}\nY5\nM30")[:2] == ("corner-size", f"{word} is negative")
+
+
+def test_a_return_to_a_target_is_refused_by_name(run: Run) -> None:
+    found = fault(run, 'SUB\nM30\nPROC SUB\nRET("END")\n')
+    assert found[0] == "unsupported-block"
+    assert "RET with a target" in found[1]

@@ -156,12 +156,14 @@ class _Corner:
 
     Attributes:
         name, size: ``,C`` or ``,R`` and its value.
+        feed: That of the chamfer or arc alone, 0 where it has none of its own.
         start: Where the motion begins: behind the corner before it, where there is one.
         sink: The stand-in for the sink of the run while the motion's block is executed.
     """
 
     def __init__(self, ip: Interpreter, block: Block, name: str, size: float) -> None:
-        self.name, self.size = name, size
+        self.name, self.size, self.feed = name, size, block.words.get("corner_f", 0.0)
+        self._feed_beside = 0.0
         self.names = _NAMES.get(ip.dialect, {})
         #: Whether a corner that cannot be is made smaller or left out, and a few blocks may stand before the next motion.
         self.bends = ip.dialect == "sinumerik"
@@ -189,7 +191,11 @@ class _Corner:
             for end, point in zip(ends, (corner.start, corner.end), strict=True):
                 end[first], end[second] = point.real, point.imag
             motion.tell(ip.sink, ends[0])
+            if self.feed > 0.0:
+                ip.sink.set_feed_rate(self.feed)
             _Motion(ends[1], corner.centre, corner.spin, self.plane).tell(ip.sink, ends[1])
+            if self.feed > 0.0:
+                ip.sink.set_feed_rate(self._feed_beside)
             ip.guard = _Passed(ends[1])
         if later is not None:
             later.tell()
@@ -271,6 +277,7 @@ class _Corner:
 
     def release(self, ip: Interpreter) -> None:
         """Let the block end: its motion waits; raise where it had none."""
+        self._feed_beside = ip.state.feed
         ip.sink = self.sink.inner
         if self.sink.motion is None:
             ip.guard = None
@@ -352,7 +359,9 @@ def _corner(name: str) -> Handler:
     def run(ip: Interpreter, block: Block) -> None:
         size = block.words[name.lower()]
         if size < 0.0:
-            raise BlockError("corner-size", f"{name}{size:g} is negative", name, hint="a size is positive")
+            shown = _NAMES.get(ip.dialect, {}).get(name, name)
+            message = f"{shown}{size:g} is negative"
+            raise BlockError("corner-size", message, shown.rstrip("= "), hint="a size is positive")
         if size:
             corner = _Corner(ip, block, name, size)
             ip.sink, ip.guard = corner.sink, corner
@@ -373,7 +382,7 @@ def leave_out(ip: Interpreter) -> None:
 
 
 CODES = tuple(
-    Code(name, 0, "corner", Stage.REFERENCE, _corner(name), text, dialects=dialects, named=(name.lower(),), after=_end,
+    Code(name, 0, "corner", Stage.REFERENCE, _corner(name), text, dialects=dialects, named=(name.lower(), "corner_f"), after=_end,
         title=_NAMES["sinumerik"][name] if dialects == ("sinumerik",) else "")
     for name, text, dialects in (
         (",C", "chamfer to the next motion", ("fanuc", "sinumerik", "heidenhain")),

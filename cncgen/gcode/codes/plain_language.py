@@ -213,10 +213,18 @@ def polar_line(ip: Interpreter, block: Block) -> None:
 
 
 def retract(ip: Interpreter, block: Block) -> None:
-    """M140 MB: back from the workpiece along the tool, by a way; MAX, to the end of travel, is passed over."""
-    way = block.words["mb"]
+    """M140 MB: back from the workpiece along the tool, by a way; MAX, to the end of travel, is passed over.
+
+    It traverses unless it has a feed of its own, which ends with it.
+    """
+    way, feed = block.words["mb"], block.words["mb_f"]
     if way:
-        FlatCutter(ip).to(z=ip.state.position[_Z] + way, rapid=True)
+        cutter = FlatCutter(ip)
+        if feed > 0.0:
+            cutter.feed(feed)
+        cutter.to(z=ip.state.position[_Z] + way, rapid=feed <= 0.0)
+        if feed > 0.0:
+            cutter.feed(ip.state.feed)
         return
     message = "M140 MB MAX is passed over: where the travel ends is not known here"
     hint = "M140 MB 50 retracts by 50"
@@ -338,7 +346,7 @@ CODES = (
     _own(RADIUS_ARC, "CR", radius_arc, "arc of radius R in XY", ("dr",), AXES + "r"),
     _own(POLAR_ARC, "CP", polar_arc, "arc or helix about the pole", ("dr", "pa", "ipa")),
     _own(POLAR_LINE, "LP", polar_line, "line in polar coordinates", ("fmax", "pr", "pa", "ipr", "ipa")),
-    Code("G", RETRACT, "retract", Stage.MOTION, retract, "retract along the tool; MAX is passed over", title="M140", named=("mb",),
+    Code("G", RETRACT, "retract", Stage.MOTION, retract, "retract along the tool; MAX is passed over", title="M140", named=("mb", "mb_f"),
         dialects=(DIALECT,)),
     Code("G", OVERSIZE, "oversize", Stage.TOOL, oversize, "oversizes of the tool: length, radius", "t", title="DL DR", named=("dl", "dr_"),
         dialects=(DIALECT,)),

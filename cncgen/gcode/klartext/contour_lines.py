@@ -30,14 +30,14 @@ class ContourLines(Execution):
         self._pole: complex | None = None
         self._beyond = 0
 
-    def _corner_after(self, at: int) -> tuple[str, float] | None:
-        """Return the corner RND or CHF that the next line puts at the end of this one."""
+    def _corner_after(self, at: int) -> dict[str, float]:
+        """Return the corner RND or CHF that the next line puts at the end of this one, and its feed."""
         following = self._following(at)
         statement = self._ahead(following) if following is not None else UNREAD
         if statement.kind != "corner":
-            return None
-        kind, size = statement.data
-        return (",r" if kind == "RND" else ",c"), self._now(size)
+            return {}
+        kind, size, feed = statement.data
+        return {",r" if kind == "RND" else ",c": self._now(size), "corner_f": self._now(feed)}
 
     def do_corner(self, frame: Frame, at: int, statement: Statement) -> None:
         kind = statement.data[0]
@@ -68,8 +68,7 @@ class ContourLines(Execution):
         plain.pole, plain.plane = centre, 17
         words = {"xyzabcuvw"[k]: end[k] for k in range(9) if end[k] != self.ip.state.position[k]}
         words["dr"] = float(sense)
-        if corner is not None:
-            words[corner[0]] = corner[1]
+        words |= corner
         try:
             self._execute(block.beside(words, (CIRCLE,), block.m))
         finally:
@@ -162,8 +161,7 @@ class ContourLines(Execution):
             if segment.centre is not None:
                 spoke = segment.centre - segment.start
                 block.words |= {"i": spoke.real, "j": spoke.imag}
-            if corner is not None:
-                block.words[corner[0]] = corner[1]
+            block.words |= corner
             block.g = (*block.g, {0: 10, 1: 30, -1: 20}[segment.spin])
             if count:
                 self._tell_choice(element, segment, count)

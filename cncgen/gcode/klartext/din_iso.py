@@ -219,7 +219,7 @@ RULES: dict[str, Callable[..., Any]] = {
     "head": lambda text: Statement("head", data=(text, text[-1] == "0")),
     "call_named": lambda text: Statement("head", data=(text[1:], None)),
     "call_times": lambda name, times: Statement("call", data=(_SAID["label"](name), number(times or "0") or None)),
-    "corner_g": lambda head, size, *_: _SAID["corner"]("CHF" if head[-1] == "4" else "RND", size),
+    "corner_g": lambda head, size, *feed: _SAID["corner"]("CHF" if head[-1] == "4" else "RND", size, "F" if feed else 0.0, *feed),
     "d_function": _function, "unread": _unread, "part": lambda head, value: (int(head[1:]), value),
     "cycle_g": _cycle, "orient": lambda *_: _SAID["cycle"]("13", None),
     "old_cycle": _old_cycle, "side_part": lambda head, axis, value: (int(head[1:]), (axis.upper(), value)),

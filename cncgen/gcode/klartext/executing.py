@@ -180,9 +180,7 @@ class Execution(ProgramText):
             number in (*_ARCS, POLAR_LINE) for number in block.g
         )
         if moves:
-            corner = self._corner_after(at)
-            if corner is not None:
-                block.words[corner[0]] = corner[1]
+            block.words |= self._corner_after(at)
         ends = tuple(number for number in block.m if number in _ENDS) if 0 in block.m else ()
         block.m = tuple(number for number in block.m if number not in ends)
         for part in orientation.between(self.ip, block):
@@ -199,9 +197,9 @@ class Execution(ProgramText):
         if called or (self._modal and moves):
             self._call_cycle(at, block)
 
-    def _corner_after(self, at: int) -> tuple[str, float] | None:
+    def _corner_after(self, at: int) -> dict[str, float]:
         """Return the corner that the line behind a motion puts at its end."""
-        return None
+        return {}
 
     def _call_cycle(self, at: int, block: Block) -> None:
         """Run the cycle at the tool's place, or the program of cycle 12 from there on."""

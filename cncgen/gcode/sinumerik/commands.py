@@ -520,9 +520,15 @@ def _interrupt(motions: Motions, name: str, values: list[Scalar | None]) -> None
 
 
 def rounding(motions: Motions, words: Words) -> None:
-    """RNDM=: rounding of all corners that follow; 0 ends it."""
+    """RNDM=: rounding of all corners that follow; 0 ends it. FRCM=: their feed, and that of other corners."""
+    if "FRCM" in words.named:
+        motions.corner_feed = words.named.pop("FRCM")[1]
     if "RNDM" in words.named:
-        motions.rounding = words.named.pop("RNDM")[1]
+        size = words.named.pop("RNDM")[1]
+        if size < 0.0:
+            message = f"RNDM={size:g} is negative"
+            raise BlockError("corner-size", message, "RNDM", hint="a radius is positive, and RNDM=0 ends it")
+        motions.rounding = size
 
 
 CALLS: dict[str, Callable[[Motions, str, list[Scalar | None]], None]] = {

@@ -104,7 +104,7 @@ class Motions:
         motion: The motion in force: ``G0`` … ``G3``, ``G33``, ``CT``, ``CIP``, ``ASPLINE``, ``CSPLINE``, ``BSPLINE``, ``POLY``.
         pole: Pole of polar coordinates in the plane.
         polar: Last radius and angle (degrees) of polar words.
-        rounding: RNDM.
+        rounding: RNDM. corner_feed: FRCM, 0 where corners have the feed of the contour.
         diameter: In which modes X is a diameter: ``G90 G91`` (DIAMON), ``G90`` (DIAM90), ``none``; empty before the program states
         one. turret: Whether T changes the tool at once, as on lathes: the program has no M6. modal: MCALL: name and arguments.
         in_modal: Whether that call is in progress. programmable: The frame of TRANS ROT SCALE MIRROR, and that of CYCLE800 before it.
@@ -122,7 +122,7 @@ class Motions:
         self.absolute = True
         self.pole = 0j
         self.polar = (0.0, 0.0)
-        self.rounding = 0.0
+        self.rounding = self.corner_feed = 0.0
         #: SD of a block of BSPLINE without axes.
         self.degree = 3.0
         self.diameter = ""
@@ -679,17 +679,18 @@ class Motions:
             g_functions.thread(self, words, given)
 
     def corner(self, words: Words) -> dict[str, float]:
-        """Return the chamfer or rounding at the end of a motion, as words of the interpreter."""
+        """Return the chamfer or rounding at the end of a motion, and the feed it has by FRC or FRCM, as words of the interpreter."""
+        feed = words.named.pop("FRC", ("", self.corner_feed))[1] * self.feed_scale * self.override
+        own = {"corner_f": feed} if feed > 0.0 and self.ip.state.feed_mode != 93 else {}
         for name, word in (("RND", ",r"), ("CHR", ",c"), ("CHF", ",h")):
             if name in words.named:
-                return {word: words.named.pop(name)[1]}
-        return {",m": self.rounding} if self.rounding else {}
+                return {word: words.named.pop(name)[1], **own}
+        return {",m": self.rounding, **own} if self.rounding else {}
 
     def _left_over(self, words: Words) -> None:
         """Raise where a word belongs to nothing in its block."""
-        for name in ("FRC", "FRCM"):
-            if words.named.pop(name, None) is not None:
-                self.note("corner-feed", f"{name} is passed over: corners have the feed of the contour", name)
+        # The feed of a corner means nothing in a block without one.
+        words.named.pop("FRC", None)
         for name in (
             "H",
             "H1",

@@ -315,6 +315,10 @@ class SinumerikRunner(LanguageRun[Program]):
     def _find(self, word: str) -> Program:
         """Return the program of a word, which may be the name of its file in the control (_N_NAME_SPF)."""
         name = file_name(word)
+        if name == "RET":
+            message = "RET with a target, at which the calling program goes on, is not read"
+            hint = "RET alone goes on behind the call; GOTOF and a variable there lead on from it"
+            raise BlockError("unsupported-block", message, name, hint=hint)
         missing = f"{name} is not read: it is not a command, and no subprogram of that name is in the text or"
         return self.program_of(name, missing, word, unread_cycles.hint_of(name))
 

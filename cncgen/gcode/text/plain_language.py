@@ -20,7 +20,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 from cncgen.gcode.block import (
     AXIS_INDEX,
@@ -298,8 +298,23 @@ def _m_function(value: Value) -> Raw:
     return ("M89" if value == 89.0 else "M"), value
 
 
-def _retract(height: str) -> Raw:
-    return "M140", 0.0 if height.upper() == "MAX" else number(height)
+def _corner(kind: str, size: Value, feed: Value | str = 0.0, *_: Value | str) -> Statement:
+    """RND R, CHF: its size, and a feed of its own."""
+    if isinstance(feed, str):
+        feed = _called_feed if "AUTO" in feed.upper() else _[0]
+    return Statement("corner", data=(kind.upper(), size, feed))
+
+
+def _retract(height: Value | str, *feed: Value | str) -> Raw:
+    """M140 MB: the way back, and its own feed, 0 where it is a traverse: both are the value of one word."""
+    way = 0.0 if isinstance(height, str) else height
+    speed = feed[-1] if feed and feed[-1] is not None and not isinstance(feed[-1], str) else 0.0
+    return "M140", cast("Value", (way, speed))
+
+
+def _retraction(value: Value) -> Words:
+    way, feed = cast("tuple[Value, Value]", value)
+    return [("g", RETRACT / 10.0), ("mb", way), ("mb_f", feed)]
 
 
 def meant(words: Iterable[Raw]) -> Words:
@@ -361,7 +376,7 @@ _MEANINGS: dict[str, Callable[[Value], Words]] = {
     "DR±": lambda sense: [("dr", sense)],
     "M": lambda value: _FUNCTIONS.get(value, [("m", value)]),
     "M128": lambda value: [("g", TIP / 10.0)],
-    "M140": lambda value: [("g", RETRACT / 10.0), ("mb", value)],
+    "M140": _retraction,
     **dict.fromkeys(("R0", "R±", "FMAX", "M89", "M90", "M94", "M103", ""), _nothing),
 }
 _MARKS = frozenset(("R0", "R±", "M89", "M94", "M103", "M128", "IX", "IY", "IA", "IB", "IC"))
@@ -580,7 +595,7 @@ RULES: dict[str, Callable[..., Any]] = {
     "normal": lambda name, value: (name.upper(), value), "orientation": lambda name, value: (name.upper(), value),
     "length_of_tool": lambda value: ("L", value), "diameter": lambda value: ("D", value),
     "named_words": lambda *words: list(words), "flag": lambda name: (name.upper().strip(), math.nan),
-    "motion": _motion, "surface_line": _surface_line, "words": _alone, "corner": lambda kind, size, *_: Statement("corner", data=(kind.upper(), size)),
+    "motion": _motion, "surface_line": _surface_line, "words": _alone, "corner": _corner,
     "way": lambda kind, form, *words: Statement("way", data=(kind.upper(), form.upper(), words)),
     "free": lambda head, *words: Statement("free", data=(head.upper(), words)),
     "select": lambda digits: Statement("select", data=(_whole(digits),)),
