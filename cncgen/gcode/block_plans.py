@@ -35,7 +35,7 @@ _AXIS_LETTERS = frozenset("xyzabcuvw@^")
 _PLAIN_LETTERS = "dehijklpqr"
 #: Block plans that are kept; a program uses some dozens.
 _MAX_PLANS = 4096
-G49, G53 = 490, 530
+_G4, G49, G53 = 40, 490, 530
 _M98 = 980
 #: G0 and G1.
 _STRAIGHT = (0, 10)
@@ -68,6 +68,25 @@ def _only_modal(number: int) -> Code:
     return Code("G", number, "motion", Stage.MOTION, run, "")
 
 
+def _unsaid(letter: str) -> BlockError:
+    message = f"{letter.upper()} stands in a block with no motion code, and none is in force"
+    return BlockError("no-motion-mode", message, letter.upper(), hint="begin with G0, G1, G2 or G3")
+
+
+def _first_traverse(ip: Interpreter, block: Block) -> None:
+    """Traverse before the first motion code of a program whose control no sign tells: grbl and FANUC's controls begin with G0."""
+    letter = next(letter for letter in block.words if letter in _AXIS_LETTERS)
+    if ip.state.moved:
+        raise _unsaid(letter)
+    message = (
+        f"{letter.upper()} stands before the first motion code: it is taken as a traverse, as grbl has it"
+    )
+    hint = "write G0, without which LinuxCNC refuses the block"
+    ip.warn_once(BlockError("other-control", message, letter.upper(), hint=hint))
+    ip.codes["G", 0].run(ip, block)
+
+
+_FIRST_TRAVERSE = Code("G", 0, "motion", Stage.MOTION, _first_traverse, "", AXES, "motion")
 _TRAVERSE_ONCE = Code("G", 0, "motion", Stage.MOTION, _traverse_once, "", AXES, "motion")
 
 
@@ -109,11 +128,15 @@ class BlockPlans:
         idle = (self.dialect == "fanuc" or self._plain) and _AXIS_LETTERS.isdisjoint(block.words)
         if G53 in block.g and not idle and (motion is None or motion.number not in _STRAIGHT):
             raise BlockError("g53-motion", "G53 goes with G0 and G1 only", "G53")
-        codes += self._of_lone_words(block, codes)
+        # S of G4 is a time with Marlin, where P is none.
+        timed = self._plain and _G4 in block.g and "p" not in block.words and not block.m
+        codes += self._of_lone_words(block, codes, "s" if timed else "")
         allowed = set().union(*(code.words for code in codes), *(code.named for code in codes))
         if self._plain and G49 in block.g:
             # Posts write G49 H0, which LinuxCNC alone refuses.
             allowed.add("h")
+        if timed:
+            allowed.add("s")
         for letter in block.words:
             if letter not in allowed:
                 raise _unused(letter, self.codes, self._elsewhere(letter, block))
@@ -144,9 +167,9 @@ class BlockPlans:
         name = next((code.name for code in codes if code is not None and letter in code.words), "")
         return f"{name} takes {word} on lathes, which --dialect fanuc-lathe reads" if name else ""
 
-    def _of_lone_words(self, block: Block, codes: list[Code]) -> list[Code]:
-        """Return the codes of words that mean something by themselves, unless a code of the block takes them."""
-        taken = {letter for code in codes for letter in code.takes}
+    def _of_lone_words(self, block: Block, codes: list[Code], besides: str) -> list[Code]:
+        """Return the codes of words that mean something by themselves, unless a code of the block takes them, as it does those besides."""
+        taken = {letter for code in codes for letter in code.takes} | set(besides)
         return [
             self.codes[letter.upper(), 0]
             for letter in block.words
@@ -208,13 +231,9 @@ class BlockPlans:
             if not (set(modal.summons) - used).isdisjoint(block.words):
                 return modal
         if moves:
-            letter = next(letter for letter in block.words if letter in _AXIS_LETTERS)
-            raise BlockError(
-                "no-motion-mode",
-                f"{letter.upper()} stands in a block with no motion code, and none is in force",
-                letter.upper(),
-                hint="begin with G0, G1, G2 or G3",
-            )
+            if self._plain and in_force == NO_MOTION:
+                return _FIRST_TRAVERSE
+            raise _unsaid(next(letter for letter in block.words if letter in _AXIS_LETTERS))
         if modal is not None and modal.refused == IS_CYCLE and self.dialect == "fanuc":
             used = {letter for code in codes for letter in code.words}
             idle = {letter for letter in block.words.keys() - used if letter.upper() not in self._alone}

@@ -111,6 +111,12 @@ _GRBL = _Doubt(
     "leave them out of the program",
     (b"$", b"?", b"~", b"!"),
 )
+_SIMULATOR = _Doubt(
+    signs.TO_SIMULATOR,
+    "lines to CNCSimulator ($AddRegPart, $Mill) are passed over: they lay out its picture, and no control has them",
+    "the stock stands in the machine file, the tools in a tool table",
+    (b"$",),
+)
 _DENFORD = _Doubt(
     signs.TO_DENFORD,
     "lines to the simulator of Denford and Boxford ([BILLET, [TOOLDEF) are passed over",
@@ -239,7 +245,11 @@ def _doubts(
     head = source.data[:_HEAD]
     lines = different(source)[0]
     asked = [
-        *((_SIEMENS, _HEIDENHAIN, _GRBL, _DENFORD, _EDING, _MARLIN) if language_of(dialect) in BOTH else ())
+        *(
+            (_SIEMENS, _HEIDENHAIN, _GRBL, _SIMULATOR, _DENFORD, _EDING, _MARLIN)
+            if language_of(dialect) in BOTH
+            else ()
+        )
     ]
     asked += [_SHORT_T] if language_of(dialect) == "fanuc" and dialect != "fanuc" else []
     asked += {"fanuc": (*_FANUC, _OKUMA), "linuxcnc": (*_LINUXCNC, _OKUMA)}.get(dialect, ())

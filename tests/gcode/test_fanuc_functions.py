@@ -302,6 +302,12 @@ def test_words_of_common_variables_that_nothing_has_set_are_told(run: Any) -> No
         assert [(d.span.line, d.span.column) for d in found if d.span] == ([place] if place else []), text
 
 
+def test_each_variable_that_nothing_has_set_is_told_once(run: Any) -> None:
+    text = "O1\nG0 X[#518+1.] Z#519\nY[#518+2.]\nG1 Z[#520-1.] F#521\nM30"
+    found = [d for d in run(text, dialect="fanuc").diagnostics if d.code == "variable-assumed"]
+    assert [d.message.split()[3] for d in found] == ["#519", "#518", "#521"]
+
+
 @pytest.mark.parametrize("number", [2401, 2501, 2601, 2801])
 def test_radii_and_origins_by_older_numbers_are_not_set_in_silence(run: Any, number: int) -> None:
     """#2401 on are radii, #2501 and #2601 also G54 X and Y of other controls (B-63324EN, 15.2): neither is meant for sure."""

@@ -414,6 +414,10 @@ def remarks(out: Any) -> list[tuple[str, str, int]]:
         ("G21 G90 F100\nG2 X10 Y0 I5 J0 K0.000\nM2", (10, 0), []),
         ("G21\nG53 G90 G40\nG0 X5\nM2", (5, 0), []),
         ("G21 G0 X1\nM25\nG0 X5\nM30", (5, 0), [("warning", "builders-code", 2)]),
+        # grbl begins with G0 in force.
+        ("G21\nX5\nM2", (5, 0), [("warning", "other-control", 2)]),
+        # S of G4 is a time in seconds with Marlin.
+        ("G21\nG0 X5\nG4 S3\nM2", (5, 0), [("warning", "other-control", 3)]),
     ],
 )  # fmt: skip
 def test_what_linuxcnc_alone_refuses_is_passed_over_where_no_sign_tells_the_control(
@@ -503,6 +507,35 @@ def test_commands_to_grbl_are_passed_over(run: Any) -> None:
     assert remarks(out) == [("warning", "other-control", 1)]
     assert out.path.end[-1, 0] == 5.0
     assert [e[:2] for e in run("G21\n$J=G91 X5 F100\nM2\n").errors] == [("syntax", 2)]
+
+
+def test_a_time_of_marlin_is_no_speed(run: Any) -> None:
+    out = run("G21\nM3 S1000\nG4 S3\nG0 X5\nM2\n")
+    assert [event.dwell_s for event in out.path.events if event.name == "dwell"] == [3.0]
+    assert [e.values["speed_rpm"] for e in out.path.events if "speed_rpm" in e.values] == [1000.0] * 2
+
+
+def test_no_motion_is_in_force_behind_g80(run: Any) -> None:
+    """grbl refuses an axis word there: error 31, G80 in force."""
+    assert [e[:2] for e in run("G21\nG0 X5\nG80\nX7\nM2").errors] == [("no-motion-mode", 4)]
+
+
+@pytest.mark.parametrize("dialect", ["auto", "fanuc"])
+def test_lines_to_a_simulator_are_passed_over(run: Any, dialect: str) -> None:
+    """CNCSimulator Pro's guide, 6.3: $-commands control the simulation, and have nothing to do with CNC codes."""
+    out = run("$AddRegPart 1 X2.925 Y2.005\n$Mill\nG21 G90 G0 X5.\nM30\n", dialect=dialect)
+    assert remarks(out) == [("warning", "other-control", 1)]
+    assert out.path.end[-1, 0] == 5.0
+
+
+def test_a_feed_that_a_faulty_line_works_out_is_not_missed_behind_it(run: Any) -> None:
+    text = "O1\nG21 G90\n#100=200\nM3 S[#100] F[#100*2].\nG1 X1.\nX2.\nM30"
+    assert [e[0] for e in run(text, dialect="fanuc").errors] == ["syntax"]
+
+
+def test_an_axis_beside_a_pattern_of_holes_is_told(run: Any) -> None:
+    text = "O1\nG21 G90 G0 X0 Y0 Z5.\nG81 X1. Z-2. R1. F10\nG70 I5. J0 L3 A20.\nM30"
+    assert [e[0] for e in run(text, dialect="fanuc").errors] == ["unused-word"]
 
 
 def test_a_feed_a_minute_on_a_lathe_that_never_said_its_mode(run: Any, moves: Any) -> None:

@@ -229,6 +229,12 @@ def _cycle(number: int) -> Handler:
         if pattern is not None:
             # The words of the pattern are its own, and its places take the holes.
             own = {letter: value for letter, value in block.words.items() if letter not in pattern.takes}
+            idle = next((letter.upper() for letter in own if letter in AXES[3:]), "")
+            if idle:
+                message = f"{idle} stands beside {pattern.name}, whose holes lie in the plane"
+                raise BlockError(
+                    "unused-word", message, idle, hint=f"{idle} in a block before it leads there"
+                )
             _words_in_force(ip, replace(block, words=own), number)
             return
         sticky = _words_in_force(ip, block, number)

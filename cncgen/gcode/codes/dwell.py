@@ -19,8 +19,16 @@ _LONG = 100.0
 
 
 def dwell(ip: Interpreter, block: Block) -> None:
-    """G4 P."""
+    """G4 P, or S of Marlin where no sign tells the control."""
     seconds = block.words.get("p")
+    if seconds is None and ip.plain and "s" in block.words and not block.m:
+        seconds = block.words["s"]
+        message = (
+            f"S{seconds:g} of G4 is taken as {seconds:g} s, as Marlin has it; LinuxCNC refuses G4 without P"
+        )
+        ip.warn_once(
+            BlockError("other-control", message, "S", hint="P is seconds here, and milliseconds with Marlin")
+        )
     if seconds is None:
         hint = (
             "S counts seconds with Marlin alone: P3 is 3 s"
@@ -29,7 +37,9 @@ def dwell(ip: Interpreter, block: Block) -> None:
         )
         raise BlockError("dwell-time", "G4 has no time", "G4", hint=hint)
     if seconds < 0.0:
-        raise BlockError("dwell-time", f"P{seconds:g} of G4 is negative", "P")
+        raise BlockError(
+            "dwell-time", f"a dwell of {seconds:g} s is negative", "P" if "p" in block.words else "S"
+        )
     ip.sink.call(f"DWELL({seconds:.4f})", Event("dwell", True, seconds, {"seconds": seconds}))
 
 

@@ -16,6 +16,8 @@ from cncgen.gcode.text.lanes import empty_block
 _CALLS, _OF_BUILDERS, _BUILT = (65.0, 66.0), 100.0, 9000.0
 #: Variables of FANUC that stop the program with an alarm or a message.
 _ALARM, _MESSAGE = 3000.0, 3006.0
+#: Variables without a value that are told.
+_MAX_TOLD = 10
 
 
 class LineRunner:
@@ -95,11 +97,15 @@ class LineRunner:
     # Macros of FANUC.
 
     def _tell_unset(self, name: str, here: Cursor) -> None:
-        """Remark that a word reads a common variable that nothing has set: on a control it may have a value of before."""
+        """Remark that a word reads a common variable that nothing has set, once of each: on a control it may have a value of before."""
+        told = self.ip.parameters.unset_told
+        if name in told or len(told) >= _MAX_TOLD:
+            return
+        told.add(name)
         self.ip.sink.block = empty_block(here)
         message = f"nothing has set {name} when this block runs: a word that takes it alone is left out, and a formula counts it as 0"
         hint = "--parameters gives it the value that it has on the machine"
-        self.ip.warn_once(BlockError("variable-assumed", message, name, hint=hint), Severity.NOTE)
+        self.ip.warn(BlockError("variable-assumed", message, name, hint=hint), Severity.NOTE)
 
     def _stop(self, target: float, value: float, text: str | None, here: Cursor) -> None:
         """Do what a setting of #3000 or #3006 does."""

@@ -18,6 +18,8 @@ from cncgen.gcode.state.modal import PLAIN_MOTIONS
 from cncgen.gcode.text.normal_text import normalise
 from cncgen.grammars.terminals import LINUXCNC
 
+#: A feed that is worked out.
+_FEED = re.compile(r"(?<![a-z])f[#\[]")
 #: Modal groups of what a line sets by a code alone.
 _MODES = frozenset(("plane", "units", "distance", "arc distance", "feed mode"))
 
@@ -40,6 +42,9 @@ def recover(ip: Interpreter, parse: Callable[[str], Parsed], text: str) -> None:
         # Cutter compensation holds moves back, and knows by itself where it is.
         return
     feed = {"f": words["f"]} if words.get("f", 0.0) > 0.0 else {}
+    if not feed and not ip.state.feed and _FEED.search(normalise(text)):
+        # What the line computes as its feed is not known, but there is one.
+        feed = {"f": 1.0}
     for block in (*(Block({}, (number,)) for number in modes), Block(feed)):
         attempt(ip, block)
     plain = ip.state.motion in PLAIN_MOTIONS and rows.keys() <= {*modes, *PLAIN_MOTIONS}

@@ -53,6 +53,7 @@ class Parameters:
         listed: Numbers that the parameter file names; they are kept, as are some others always.
         stored: Numbers of FANUC's plain storage that the program has set.
         unset: The common variable of FANUC's that was read last without a value, or 0.
+        unset_told: The variables without a value that a remark has named.
         shifted: Whether the program has set an origin by lengths.
     """
 
@@ -75,6 +76,7 @@ class Parameters:
         self.listed: set[int] = set()
         self.stored: set[int] = set()
         self.unset = 0
+        self.unset_told: set[str] = set()
         self.shifted = False
         #: Values of the common variables that lie beyond the others.
         self._beyond: dict[int, float] = {}

@@ -60,7 +60,7 @@ def refusal(text: str, at: int, expected: Sequence[str], language: Language, hin
 
 
 def is_passed(text: str) -> bool:
-    """Tell whether a line is no block, and is passed over: a command to grbl that does not jog, to Denford's simulator, or a
+    """Tell whether a line is no block, and is passed over: a command to grbl that does not jog, to a simulator, or a
     message to the operator of Eding CNC or Marlin."""
     line = text.encode("utf-8", "surrogateescape")
     return any(form.match(line) for form in _PASSED)
