@@ -246,10 +246,6 @@ class Search:
             }
         )
 
-    def moves(self, given: Problem) -> float:
-        """Return the largest part of its room that a node has less in a problem."""
-        return float((1.0 - given.radius / self.unit * self.rows[:, -1]).max(initial=0.0))
-
     def _part(self, first: int, last: int) -> tube_point.Tube:
         """Return the search from a node to another one, which works on the same arrays, so goes on with their multipliers."""
         whole = self.arrays

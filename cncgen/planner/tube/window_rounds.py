@@ -23,8 +23,8 @@ Ints = NDArray[np.int64]
 _FELT = 1.2
 #: By how much more than it is too much room is narrowed where the motion leaves the tolerance between nodes.
 _MORE = 1.1
-#: Parts of `_FELT` on both sides of what a round changes that are searched again, and of the window from which on all of it is.
-_BESIDE, _MOSTLY = 1.0, 0.6
+#: Part of a window from which on all of it is searched again.
+_MOSTLY = 0.6
 #: Where the motion of a round takes so many times as long as that of the round before, the search has lost its way, and begins anew as well.
 _LOST = 1.05
 #: Rounds in which only the nodes beside such a place have less room; then all those within half a period have, as chords reach there.
@@ -32,8 +32,6 @@ _LOST = 1.05
 _LOCAL, _NARROWEST = 2, 0.1
 #: Part of the tolerance that is planned with by which a motion may be over it.
 PASSED = 0.004
-#: Part of its room by which that of a node is narrower beyond which a search goes on from further away first.
-_FAR = 0.5
 #: Times between nodes are at most so many times as long as usual beside those without a plane.
 _LONGEST = 1.5
 #: Rounds of a window, at most.
@@ -194,8 +192,7 @@ class Rounds:
         if self.number:
             # A motion that begins elsewhere than its search did is made to meet that state.
             changed[0] |= not self.exact
-            reach = _BESIDE * self.bounds.felt(float(nodes.feed.max()))
-            self._parts = _parts(changed, np.cumsum(found.step), reach)
+            self._parts = _parts(changed, np.cumsum(found.step), self.bounds.felt(float(nodes.feed.max())))
         return bool((over > -np.inf).any() or fast.any())
 
     @property
@@ -327,18 +324,12 @@ def _parts(changed: NDArray[np.bool_], t: Floats, reach: float) -> list[tuple[in
 
 
 def _narrower(got: Found, given: Problem, parts: list[tuple[int, int]]) -> tuple[Found, int]:
-    """Return a search that goes on with less room, in all of a window where parts of it are not enough; and the iterations over all."""
+    """Return a search that goes on with less room in parts of a window, or else in all of it and from further away; and the iterations over all."""
     search, before = got
-    whole, spent = [(0, len(given.step))], 0
-    guess, far = again(given, before), search.moves(given) > _FAR
-    if parts != whole:
-        found = search.narrower(given, *guess, parts)
-        spent = found.iterations * sum(last - first for first, last in parts) // len(given.step) + 1
-        if found.status == 1:
-            return (search, found), spent
-    for each in (far, not far):
-        found = search.narrower(given, *guess, whole, each)
-        spent += found.iterations
+    guess, steps, spent = again(given, before), len(given.step), 0
+    for each, far in ((parts, False), ([(0, steps)], True)):
+        found = search.narrower(given, *guess, each, far)
+        spent += -(-found.iterations * sum(last - first for first, last in each) // steps)
         if found.status == 1:
             break
     return (search, found), spent
