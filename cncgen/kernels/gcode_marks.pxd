@@ -9,6 +9,7 @@ cdef class Marks:
     cdef dict subs
     cdef public Py_ssize_t count
     cdef public bint computes
+    cdef public bint certain
     cpdef Py_ssize_t behind(self, long long offset) noexcept
     cpdef Py_ssize_t nearest(self, long long offset, int way, label, unsigned int keywords, bint over_borders, resolve) except -2
     cpdef Py_ssize_t border(self, Py_ssize_t m, int way) except -2

@@ -37,6 +37,7 @@ class Marks:
         labels: Their labels.
         count: How many they are.
         computes: Whether a label is computed, so that what stands nearest hangs on the run.
+        certain: Whether marks lead to the same ones in each run: none is computed, and each SUB has its ENDSUB, with no other one before it.
     """
 
     def __init__(self, found: list):
@@ -49,6 +50,7 @@ class Marks:
         # By the label of the subroutine and its own, the first that begins a branch or loop.
         begun: dict = {}
         owner = None
+        self.certain = True
         for offset, line, keyword, label, after in found:
             self.rows[m, OFFSET], self.rows[m, LINE], self.rows[m, BEHIND] = offset, line, after
             self.rows[m, KEYWORD], self.rows[m, LEADS] = keyword, -1
@@ -59,6 +61,7 @@ class Marks:
                 self.written.setdefault(label, []).append(m)
             if keyword == O_SUB or keyword == O_ENDSUB:
                 self.borders.append(m)
+                self.certain = self.certain and (owner is None if keyword == O_SUB else label == owner)
                 owner = label if keyword == O_SUB else None
                 if keyword == O_SUB:
                     self.subs.setdefault(label, m)
@@ -69,6 +72,7 @@ class Marks:
                     self.rows[m, LEADS] = self.rows[first, LEADS] = 0
             m += 1
         self.computes = len(self.computed) > 0
+        self.certain = self.certain and owner is None and not self.computes
 
     def _ends(self, begin: cython.Py_ssize_t) -> bool:
         """Tell whether the last mark may be the WHILE of the loop that begins at one."""
@@ -188,12 +192,11 @@ class Marks:
         label = self.labels[m]
         above: cython.uint = _ABOVE[keyword - O_IF]
         below: cython.uint = _BELOW[keyword - O_IF]
-        is_sub: cython.bint = keyword == O_SUB
         self.rows[m, MARK_ABOVE] = self.nearest(offset, -1, label, above, False, None) if above else -1
-        self.rows[m, MARK_BELOW] = self.nearest(offset, 1, label, below, is_sub, None) if below else -1
-        if is_sub:
-            # A definition is skipped: the first one of its label, with no other one within it.
-            return self.subs[label] == m and self.rows[m, MARK_BELOW] == self.border(m + 1, 1) >= 0
+        self.rows[m, MARK_BELOW] = self.nearest(offset, 1, label, below, False, None) if below else -1
+        if keyword == O_SUB:
+            # The first one of its label counts.
+            return self.subs[label] == m
         if keyword == O_WHILE:
             return self.rows[m, MARK_ABOVE] >= 0 or self.rows[m, MARK_BELOW] >= 0
         return (not above or self.rows[m, MARK_ABOVE] >= 0) and (not below or self.rows[m, MARK_BELOW] >= 0)

@@ -509,7 +509,7 @@ class Computer:
         """
         if self.marks is None and self.find is not None:
             self.marks, self.rows.again = self.find(), True
-        if self.marks is None or self.marks.computes or self.kept[r, MARKS] & COMPUTED_LABEL:
+        if self.marks is None or not self.marks.certain or self.kept[r, MARKS] & COMPUTED_LABEL:
             return False
         label = self.reader.label(self.kept[r, CODE], self.kept[r, FIRST_CONSTANT])
         if keyword == O_CALL:

@@ -272,6 +272,9 @@ ODD = [
     "o1 sub\no1 call\no1 endsub\no1 call\nG1 X1",
     "o1 if [1/0]\nG1 X1\no1 else [3]\nG1 X2\no1 endif [2]\no1 if\no1 endif",
     "#1=1\no1 while [#1]\no2 sub\no2 endsub\nG1 X1\n#1=0\no1 endwhile",
+    # A definition without its end: labels behind it are those of the main program, as it is passed.
+    "o1 if [0]\nG1 X1\no1 endif\no2 sub\nG1 X1\no1 while [#1 lt 3]\n#1=[#1+1]\no1 endwhile",
+    "o1 sub\nG1 X1\no1 endsub\no1 call\no1 sub\nG1 X[#1]\no2 if [#1 gt 1]\no1 call [#1-1]\no2 endif\nG1 Y#1\no1 call [5]",
 ]
 
 

@@ -9,7 +9,6 @@ from cncgen.gcode.budget import LINE
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.labels import Cursor, Label, shown
-from cncgen.gcode.text.search import leaves_path, opened, places, search_path
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -90,6 +89,8 @@ class Subroutines:
 
     def _file(self, label: Label) -> int:
         """Return the source of the file that holds a subroutine; it must lie in a folder of the search path."""
+        from cncgen.gcode.text.search import leaves_path, opened, places, search_path
+
         name = label if isinstance(label, str) else f"{label:g}"
         if self.ip.dialect == "fanuc" and isinstance(label, float):
             name = f"O{int(label):04d}"

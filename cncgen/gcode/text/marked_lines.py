@@ -13,10 +13,8 @@ from functools import cached_property
 from cncgen.gcode.block import Value
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.source import Source
-from cncgen.gcode.text import grammar
 from cncgen.gcode.text.labels import Cursor, Label
 from cncgen.gcode.text.macro_loops import Loops
-from cncgen.gcode.text.normal_text import normalise
 from cncgen.gcode.text.parsers import parser
 from cncgen.grammars.terminals import LINUXCNC
 from cncgen.kernels import gcode_codes
@@ -116,6 +114,8 @@ class Labels:
     @cached_property
     def numbered(self) -> dict[int, list[Cursor]]:
         """Lines by their N word."""
+        from cncgen.gcode.text.normal_text import normalise
+
         found: dict[int, list[Cursor]] = {}
         for offset, line, begin, end in numbered(parser(self._dialect, False), self._source.bytes):
             number = normalise(self._source.data[begin:end].decode())[1:].partition(".")[0]
@@ -146,6 +146,8 @@ def _read(text: str, dialect: str, *, refused: bool) -> tuple[Value | str | None
 
 def _flow(text: str, dialect: str) -> tuple[Value | str | None, str]:
     """Return label and keyword of a line; without a label where it is no block."""
+    from cncgen.gcode.text import grammar
+
     try:
         flow = grammar.parse(text, dialect).flow
     except BlockError:
@@ -156,6 +158,8 @@ def _flow(text: str, dialect: str) -> tuple[Value | str | None, str]:
 def _opening(text: str) -> tuple[Value | str | None, str]:
     """Return label and keyword of an O-word with a fault behind them: it is reported where the line runs, and jumps lead to it all the same."""
     import re
+
+    from cncgen.gcode.text.normal_text import normalise
 
     number, label, keyword = (
         LINUXCNC["LINE_NUMBER"],
