@@ -194,6 +194,7 @@ def test_a_pocket_stays_within_its_wall(run: Any, tmp_path: Path) -> None:
 #: Program behind two lines, and code, line and column of its first fault.
 WRONG: dict[str, tuple[str, tuple[str, int]]] = {
     "no label": ("CALL LBL 7", ("label-missing", 3)),
+    "a label twice": ("CALL LBL 7\nLBL 7\nLBL 0\nLBL 7\nLBL 0", ("label-repeated", 3)),
     "a jump nowhere": ("FN 9: IF +1 EQU +1 GOTO LBL 7", ("label-missing", 3)),
     "a condition": ("LBL 7\nFN 9: IF +1 GT +1 GOTO LBL 7", ("syntax", 4)),
     "a formula": ("Q1 = 2 + * 3", ("syntax", 3)),

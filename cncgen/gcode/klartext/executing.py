@@ -260,9 +260,20 @@ class Execution(ProgramText):
             self.ip.execute(block)
 
     def _target(self, name: str) -> int:
-        """Return the line of a label."""
+        """Return the line of a label.
+
+        Raises:
+            BlockError: It stands nowhere, or several times: a control takes a label once (TNC 640 user's manual, "Label").
+        """
+        program = self.frames[-1].program
+        if len(found := program.labelled(name)) > 1:
+            places = " and ".join(str(program.lines[k].here.line) for k in found)
+            message = f"LBL {name} stands {len(found)} times, in lines {places}"
+            raise BlockError(
+                "label-repeated", message, "LBL", hint="a label is set once; give the others other names"
+            )
         message = f"LBL {name} is called, and stands nowhere"
-        return self.label(self.frames[-1].program, name, message, "LBL", f"LBL {name} begins what is run")
+        return self.label(program, name, message, "LBL", f"LBL {name} begins what is run")
 
     def _contour(self, label: str) -> tuple[list[Segment], int]:
         """Return the contour of a subprogram, and the side of the tool: 1 by RL, -1 by RR, 0 by neither."""

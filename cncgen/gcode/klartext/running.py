@@ -108,7 +108,7 @@ class HeidenhainRunner(ContourLines):
         statement = self._ahead_in(program, at)
         name = {"jump": -1, "call": 0}.get(statement.kind)
         found = program.labelled(statement.data[name]) if name is not None else []
-        return found[0] + 1 if found else None
+        return found[0] + 1 if len(found) == 1 else None
 
     def do_label(self, frame: Frame, at: int, statement: Statement) -> None:
         """LBL 0 ends a subprogram; other labels are passed."""
