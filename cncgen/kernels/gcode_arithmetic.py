@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Arithmetic of G-code's expressions: operators and functions of numbers, angles in degrees.
 
 The language is LinuxCNC's (``grammars/gcode.lark``); `cncgen.gcode.text.expressions` defines operators and functions. An
@@ -206,7 +207,6 @@ def joined(operator: cython.int, a: cython.double, b: cython.double) -> cython.d
 @cython.exceptval(check=False)
 def _divided(operator: cython.int, a: cython.double, b: cython.double) -> cython.double:
     """Return ``a / b``, ``a MOD b`` or ``a ** b``."""
-    value: cython.double
     if operator == POWER:
         if (a < 0.0 and b != floor(b)) or (a == 0.0 and b < 0.0):
             return _NAN
@@ -247,7 +247,6 @@ def _holds(operator: cython.int, a: cython.double, b: cython.double) -> cython.b
 @cython.exceptval(check=False)
 def _joined_in_languages(operator: cython.int, a: cython.double, b: cython.double) -> cython.double:
     """Return ``a operator b`` of an operator that G-code does not have; NaN where it has no value."""
-    angle: cython.double
     if operator == WHOLE_QUOTIENT:
         return trunc(a / b) + 0.0 if b != 0.0 else _NAN
     if operator == REMAINDER:

@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Compute values that a program gives by expressions, of all languages: instructions as those of `gcode_run`, over numbers and texts.
 
 A row of operators of any length takes no depth. Where `gcode_arithmetic` has no value, the language says what there is instead.
@@ -84,7 +85,6 @@ class Formula:
         """Return what an operator makes of two values."""
         x: cython.double
         y: cython.double
-        value: cython.double
         if isinstance(a, str) or isinstance(b, str):
             return self.without(BINARY, number, a, b)
         x, y = a, b
@@ -98,7 +98,6 @@ class Formula:
     def _of(self, operation: cython.int, number: cython.int, a):
         """Return a function or the negative of a value."""
         x: cython.double
-        value: cython.double
         if isinstance(a, str):
             return self.without(operation, number, a, None)
         x = a

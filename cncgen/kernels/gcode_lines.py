@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Lines that are kept as instructions, by their shape: their text without numbers, ``g# x[# + # * sin[#]]`` of ``G1 X[5 + 3.2 * SIN[30]]``.
 
 To the tables of a grammar all digits are one, and it does not matter how many stand together (``lalr.py`` sees to that). So lines of
@@ -282,7 +283,6 @@ class Code(Tables):
     @cython.exceptval(check=False)
     def cut(self) -> cython.Py_ssize_t:
         """Return the offset of the slash that the last line was refused for behind its words, not within brackets; else 0."""
-        at: cython.Py_ssize_t
         inside: cython.Py_ssize_t = 0
         written: cython.bint = False
         if self.error < 0 or self.error >= self.text.shape[0] or self.text[self.error] != 47:
@@ -335,7 +335,6 @@ class Shapes:
     @cython.exceptval(check=False)
     def forget(self) -> cython.void:
         """Forget all shapes."""
-        k: cython.Py_ssize_t
         self.sum = self.length = self.count = self.stored = 0
         self.row = -1
         for k in range(_SHAPES):
@@ -355,7 +354,6 @@ class Shapes:
         count: cython.Py_ssize_t = 0
         last: cython.int = 0
         wanted: cython.int
-        k: cython.Py_ssize_t
         for k in range(length):
             wanted = self.store[place + k]
             if at == size:
@@ -404,7 +402,6 @@ class Shapes:
         last: cython.int = 0
         named: cython.bint = False
         leads: cython.bint = False
-        c: cython.int
         while at < size:
             c = _FOLD[self.text[at]]
             if c > SHAPE_POINT_FIRST:
@@ -463,7 +460,6 @@ class Shapes:
         """Return the row of the shape of the line; -1 where it is not known."""
         row: cython.Py_ssize_t = self.sum % _SHAPES
         place: cython.Py_ssize_t = self.table[row, SHAPE_PLACE]
-        k: cython.Py_ssize_t
         if (
             place < 0
             or self.table[row, SHAPE_SUM] != self.sum
@@ -489,7 +485,6 @@ class Shapes:
     def put(self, constants: cython.double[::1], first: cython.Py_ssize_t) -> cython.Py_ssize_t:
         """Write the numbers of the line, whose shape is known, as constants from `first` on; return how many."""
         signs: cython.Py_ssize_t = self.table[self.row, SHAPE_PLACE] + self.table[self.row, SHAPE_LENGTH]
-        k: cython.Py_ssize_t
         for k in range(self.count):
             constants[first + k] = -self.value[k] if self.store[signs + k] else self.value[k]
         return self.count
@@ -510,7 +505,6 @@ class Shapes:
         """
         row: cython.Py_ssize_t = self.sum % _SHAPES
         place: cython.Py_ssize_t = self.stored
-        k: cython.Py_ssize_t
         if end - first != self.count:
             return
         for k in range(self.count):
@@ -597,10 +591,8 @@ class Lines:
             that is computed, and of macros), and the offset of the next line.
         """
         at: cython.Py_ssize_t = 0
-        begin: cython.Py_ssize_t
         size: cython.Py_ssize_t = self.text.shape[0]
         line: cython.longlong = 0
-        keyword: cython.int
         found: list = []
         while at < size:
             line += 1
@@ -632,12 +624,10 @@ class Lines:
             before the last of these, and where it begins; the letters of all words, as bits from A on.
         """
         at: cython.Py_ssize_t = offset
-        begin: cython.Py_ssize_t
         lines: cython.Py_ssize_t = 0
         blocks: cython.Py_ssize_t = 0
         last: cython.Py_ssize_t = 0
         last_at: cython.Py_ssize_t = offset
-        marks: cython.longlong
         seen: cython.longlong = 0
         self.code.text = self.text
         while at < self.text.shape[0]:

@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Interpret runs of blocks from the columns of `gcode_scan` into motions: G0 to G3, drilling, and the events between them.
 
 Source: T. R. Kramer, F. M. Proctor and E. Messina, The NIST RS274NGC Interpreter, version 3, NISTIR 6556 (2000), sections
@@ -178,10 +179,7 @@ class Advance:
         passed_over: cython.int = _SLASH if self.modes[SKIP_SLASH] else 0
         left: cython.int = _ACTIVE if self.force.silent else _ACTIVE | _COMMENT
         done: cython.Py_ssize_t = last
-        begin: cython.Py_ssize_t
         finish: cython.Py_ssize_t = self.word_end[first - 1] if first > 0 else 0
-        b: cython.Py_ssize_t
-        k: cython.int
         for b in range(first, last):
             begin = finish
             finish = self.word_end[b]
@@ -215,7 +213,6 @@ class Advance:
     @cython.exceptval(check=False)
     def _make(self, b: cython.Py_ssize_t) -> cython.void:
         """Make motions and asides of block b, which is plain; `outcome` tells whether that was done, and nothing changes where not."""
-        plane: cython.longlong
         given: cython.uint = self.block.given
         motion: cython.int = self.force.motion
         feed: cython.double = self.block.word[SLOT_F] if given & WITH_F else self.force.feed
@@ -297,7 +294,6 @@ class Advance:
 
         Axes that the block names go there, or so far where it is incremental; the others stay.
         """
-        k: cython.int
         for k in range(SLOT_I):
             self.target[k] = self.position[k]
             if self.block.given >> k & 1:
@@ -524,9 +520,6 @@ class Advance:
         """Make a hole so many times: across, down to R, and the moves of its cycle."""
         normal: cython.int = 3 - self.force.first - self.force.second
         clear: cython.double = max(self.hole.level, top) if old_level else top
-        place: cython.double
-        high: cython.double
-        k: cython.int
         if self.hole.level < top:
             self._along(b, feed, normal, top, False)
         if not self.force.exact:
@@ -566,7 +559,6 @@ class Advance:
         """Make the moves whose letters stand from `first` on (`take_cycles`)."""
         c: cython.int
         lower: cython.int
-        to: cython.double
         normal: cython.int = 3 - self.force.first - self.force.second
         while _MOVES[first]:
             c = _MOVES[first]
@@ -597,7 +589,6 @@ class Advance:
         feeds: cython.bint,
     ) -> cython.void:
         """Fill the row of a straight motion from where the tool stands along the normal."""
-        k: cython.int
         for k in range(SLOT_I):
             self.target[k] = self.position[k]
         self.target[normal] = level

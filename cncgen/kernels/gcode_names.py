@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """The names in a text: letters, codes and called programs in its words, for the search of the axes that a program moves; and the
 N words of its lines, which jumps lead to."""
 
@@ -36,13 +37,10 @@ def named(
         0 without one; and the numbers and names of the programs that are called.
     """
     at: cython.Py_ssize_t = 0
-    begin: cython.Py_ssize_t
-    cut: cython.Py_ssize_t
     line: cython.int = 0
     first_call: cython.int = 0
     call: cython.int
     found: cython.ulonglong = 0
-    bits: cython.ulonglong
     programs: set = set()
     reader.text = text
     while at < text.shape[0]:
@@ -132,7 +130,6 @@ def _program_called(reader: Code, letter: cython.int, programs: set) -> cython.i
 def numbered(reader: Code, text: cython.const[cython.uchar][::1]) -> list:
     """Read all lines of a text and return those with an N word: of each its offset, its number, and where its N word begins and ends."""
     at: cython.Py_ssize_t = 0
-    begin: cython.Py_ssize_t
     line: cython.int = 0
     found: list = []
     reader.text = text

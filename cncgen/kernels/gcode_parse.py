@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Read lines of G-code by the tables of their grammar (``grammars/lalr.py``) into small programs for `gcode_run`.
 
 Each rule's action (`gcode_codes.ACTIONS`) writes instructions (`gcode_lines.Code`). Nothing is judged: where the grammar has no
@@ -138,7 +139,6 @@ class Parser(Code):
     @cython.exceptval(-1, check=False)
     def _reduced_rarely(self, action: cython.int, first: cython.int) -> cython.int:
         """Write the code of a rule that is not in most lines."""
-        code: cython.int
         if action == RULE_ARC_TANGENT:
             self.emit(ARC_TANGENT, 0)
         elif action == RULE_SLOPE:
@@ -214,7 +214,6 @@ class Parser(Code):
     @cython.exceptval(check=False)
     def _has(self, byte: cython.int, begin: cython.Py_ssize_t, end: cython.Py_ssize_t) -> cython.bint:
         """Tell whether a byte stands between two offsets."""
-        i: cython.Py_ssize_t
         for i in range(begin, end):
             if self.text[i] == byte:
                 return True
@@ -225,7 +224,6 @@ class Parser(Code):
     def _parameter(self, k: cython.int) -> cython.void:
         """Write the instruction that reads the parameter whose number or name is on top."""
         code: cython.int = self.code[self.codes[k]]
-        value: cython.double
         if code & 255 == NAME:
             self.code[self.codes[k]] = NAMED + (code & ~255)
             return

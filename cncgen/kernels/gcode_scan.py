@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Scan bytes of G-code into columns: the fast lane of blocks that are nothing but letter-number words and comments.
 
 The scanner never judges: a line that it does not take for certain (an expression, an O-word, ``%``, a nested or open
@@ -103,7 +104,6 @@ def _number(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t, signed:
     #: How many digits stand before the point, -1 without one.
     whole: cython.int = -1
     negative: cython.bint = False
-    value: cython.double
     c: cython.int
     while i < length and (text[i] == 32 or text[i] == 9):
         i += 1
@@ -214,7 +214,6 @@ def _line(
     """Read the line at i, its words into the columns from `first` on."""
     words: cython.Py_ssize_t = first
     flags: cython.int = 0
-    kind: cython.int
     number: _Number
     remark: _Remark
     while True:

@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """The different lines of a text in which signs of a dialect are looked for: mostly coordinates tell lines of a program apart, and
 no sign hangs on what they are.
 """
@@ -106,7 +107,6 @@ def _sum(
 ) -> cython.uint:
     """Return a sum of the bytes of a line, by which it is found."""
     total: cython.uint = 0
-    k: cython.Py_ssize_t
     for k in range(begin, end):
         total = (total * 33 + line[k]) & _ALL
     return total
@@ -145,7 +145,6 @@ def different_lines(text: cython.const[cython.uchar][::1], stand: list | None = 
     count: cython.Py_ssize_t = 0
     i: cython.Py_ssize_t = 0
     row: cython.Py_ssize_t
-    slot: cython.uint
     kept: _Line
     while i < size:
         number += 1
@@ -171,7 +170,6 @@ def unit_place(
     text: cython.const[cython.uchar][::1], at: cython.Py_ssize_t, tens: cython.int
 ) -> cython.Py_ssize_t:
     """Return the first place from `at` on of G with so many tens and 0 or 1 behind it (G20, g71), as units are written; -1 for none."""
-    i: cython.Py_ssize_t
     for i in range(max(at, 0), text.shape[0] - 2):
         if text[i + 2] | 1 == 49 and text[i + 1] == 48 + tens and text[i] | 32 == 103:
             return i

@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """The words of a block, read from the columns of `gcode_scan`, and the modes under which they are: which are given, what their codes say,
 and whether each of them is certain.
 """
@@ -121,10 +122,7 @@ class BlockWords:
         self.plane_said = self.system_said = self.changes = self.rare = False
         self.dwells = self.cancels = self.uncompensated = False
         given: cython.uint = 0
-        w: cython.Py_ssize_t
         slot: cython.int
-        bit: cython.uint
-        value: cython.double
         for w in range(begin, end):
             slot = _SLOT[self.letters[w] - 97]
             value = self.values[w]

@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """Read lines of languages whose rules make values, by the tables of their grammars, into the instructions that `gcode_run` runs.
 
 A line is taken if it has words of motions and settings of R or Q parameters alone, by numbers, these parameters and their arithmetic. The
@@ -265,7 +266,6 @@ class LanguageCode(Code):
     def _index(self, k: cython.int) -> cython.longlong:
         """Return the number of a parameter, -1 where the token is none that is taken."""
         found: cython.longlong = 0
-        i: cython.Py_ssize_t
         if not self._is_parameter(k, 1) or self.ends[k] - self.begins[k] > 8:
             return -1
         for i in range(self.begins[k] + 1, self.ends[k]):
@@ -278,7 +278,6 @@ class LanguageCode(Code):
     @cython.exceptval(-1, check=False)
     def _parameter(self, k: cython.int, count: cython.int, work: cython.int) -> cython.int:
         """Write the reading of a parameter: R5, R[…], -Q5."""
-        index: cython.longlong
         if work == WORK_ELEMENT:
             if count == 1:
                 return self._named(NAMED, k)
@@ -322,7 +321,6 @@ class LanguageCode(Code):
     @cython.exceptval(-1, check=False)
     def _put(self, letter: cython.int, fixed: cython.bint) -> cython.int:
         """Write a word of the value on top; return 0 where it is not taken."""
-        value: cython.double
         if not 97 <= letter <= 122 or not self.letters >> (letter - 97) & 1:
             return 0
         if letter == 103 or letter == 109:
@@ -369,7 +367,6 @@ class LanguageCode(Code):
     @cython.exceptval(-1, check=False)
     def _setting(self, k: cython.int, count: cython.int, work: cython.int) -> cython.int:
         """Write a setting: R1=, R[…]=, X=, Q1 =, FN 0: Q1 =, FN 1: Q1 = a + b, FN 5: Q1 = SQRT a."""
-        index: cython.longlong
         fn: cython.int
         if work == WORK_OPERATION or count == 5:
             if work == WORK_OPERATION and count == 7:
@@ -428,7 +425,6 @@ class LanguageCode(Code):
     @cython.exceptval(-1, check=False)
     def _jumping(self, work: cython.int, k: cython.int, count: cython.int) -> cython.int:
         """Write a jump, or pass a label."""
-        index: cython.longlong
         if work == WORK_LABEL:
             # LBL 0 ends a subprogram.
             if count > 1 and bytes(self.text[self.begins[k + 1] : self.ends[k + 1]]).strip(b'"') == b"0":

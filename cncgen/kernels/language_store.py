@@ -1,3 +1,4 @@
+# cython: infer_types=True
 """What lines of SINUMERIK and Heidenhain read and set while `gcode_run` runs them, and where their jumps lead.
 
 A setting acts in its own line. A line that is left to the interpreter gives back first what it has set.
@@ -153,8 +154,6 @@ class LanguageStore(Store):
     @cython.exceptval(-1, check=False)
     def undo(self) -> cython.int:
         """Give all that a line has set its values of before."""
-        k: cython.longlong
-        place: cython.longlong
         while self.settings > 0:
             self.settings -= 1
             k, place = self.target[self.settings], self.place[self.settings]
