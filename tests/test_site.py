@@ -264,7 +264,7 @@ SHELLS = {
     [
         ("cncgen pl", ["plan", "plot"]),
         ("cncgen plan -m xy", ["xy-table"]),
-        ("cncgen machines ge", ["generic-mill"]),
+        ("cncgen machines ge", ["generic-lathe", "generic-mill"]),
         ("cncgen explain no-tool", ["no-tool-table"]),
         ("cncgen plan --as g", ["grbl"]),
     ],

@@ -62,12 +62,9 @@ def _words(code: Code) -> str:
     if code.name == "SPL":
         return "axes F K1 K2 K3 of each"
     sign = "" if code.dialects == ("heidenhain",) or code.named == (",k",) else "="
-    return " ".join(
-        [
-            *shown,
-            *(name.upper() + sign for name in code.named if name.upper() != code.name and name != NEXT_TOOL),
-        ]
-    )
+    # The feed of a corner or retraction alone has a name within only: people write F, FRC or FRCM.
+    named = [name for name in code.named if name != NEXT_TOOL and not name.endswith("_f")]
+    return " ".join([*shown, *(name.upper() + sign for name in named if name.upper() != code.name)])
 
 
 def markdown() -> str:
