@@ -263,7 +263,7 @@ class Execution(ProgramText):
         """Return the line of a label.
 
         Raises:
-            BlockError: It stands nowhere, or several times: a control takes a label once (TNC 640 user's manual, "Label").
+            BlockError: It stands nowhere, or several times.
         """
         program = self.frames[-1].program
         if len(found := program.labelled(name)) > 1:
