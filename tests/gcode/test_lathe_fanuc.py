@@ -747,3 +747,30 @@ def test_a_move_with_a_turn_of_the_spindle_is_refused(run: Any, line: str) -> No
     out = run(f"G0 X50. Z2.\n{line}\nM30", dialect="fanuc-lathe")
     assert [(code, at) for code, at, _ in out.errors] == [("other-control", 2)]
     assert run("G98 G0 X50.\nG5 P10000\nG5 P0\nG1 G8 P1 X40. F100.\nM30", dialect="fanuc-lathe").errors == []
+
+
+@pytest.mark.parametrize(
+    ("block", "idle"),
+    [
+        ("G71 U2. W1. R1. D2.", "W, D"),
+        ("G72 W2. U1. R1.", "U"),
+        ("G73 U5. W2. R3 D2", "D"),
+        ("G74 R1. Q100", "Q"),
+        ("G74 X40. Z-5. P1000 I1. Q2000 F0.1", "P"),
+        ("G75 X40. Z-5. P2000 Q1000 K1. F0.1", "Q"),
+        ("G76 P011060 Q100 R0.05 I1.", "I"),
+        ("G76 X56. Z-20. P1200 Q300 I0.1 F1.5", "I"),
+        ("G76 X56. Z-20. K1.2 D0.3 P2 Q30 F1.5", "P, Q"),
+    ],
+)
+def test_words_that_a_form_of_a_cycle_has_no_use_for_are_told(run: Any, block: str, idle: str) -> None:
+    """B-64304EN-1, 4.4, names the words of each form; those of the other one are of Haas or of older controls."""
+    text = f"O1\nG21 T0101\nG97 S500 M3\nG0 X60. Z2.\n{block}\nM30"
+    out = run(text, dialect="fanuc-lathe")
+    assert out.errors == []
+    told = [d.message for d in out.diagnostics if d.code == "unused-word"]
+    assert told == [f"{idle} of {block[:3]} change{'' if ',' in idle else 's'} nothing here"]
+    used = run(
+        text.replace(block, " ".join(w for w in block.split() if w[0] not in idle)), dialect="fanuc-lathe"
+    )
+    assert out.path.end.tolist() == used.path.end.tolist()

@@ -78,3 +78,11 @@ def test_g63_taps_at_its_feed_whatever_motion_is_in_force(calls: Any) -> None:
         "STRAIGHT_FEED(0.0000, 0.0000, 3.0000",
         "STRAIGHT_TRAVERSE(5.0000, 0.0000, 3.0000",
     ]
+
+
+def test_a_traverse_of_axes_by_themselves_is_told(run: Any) -> None:
+    """RTLIOF: "each axis traverses independently at its rapid traverse velocity" (Fundamentals); its way is no line."""
+    out = run("RTLIOF\nG0 X10 Y20\nRTLION\nG0 X0\nM30", dialect="sinumerik")
+    assert [(d.code, d.span.line) for d in out.diagnostics if d.code == "traverse-straight"] == [
+        ("traverse-straight", 1)
+    ]

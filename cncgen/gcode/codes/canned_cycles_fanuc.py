@@ -26,7 +26,7 @@ from cncgen.gcode.codes.canned_cycles import (
 )
 from cncgen.gcode.codes.dwell import has_point, seconds_of
 from cncgen.gcode.codes.lathe_fanuc import increments
-from cncgen.gcode.codes.lines import check_feed
+from cncgen.gcode.codes.lines import check_feed, has_axis
 from cncgen.gcode.codes.table import IS_CYCLE, LATHE, Code, Handler, table
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -37,6 +37,8 @@ from cncgen.toolpath.record import Event
 _LETTERS = "rpq"
 #: The group of codes that repeat the cycle in force (`hole_patterns`).
 PATTERN = "hole pattern"
+#: How far steps may add up to less than a length by rounding.
+_ROUNDING = 1e-9
 #: The way off the wall of a bore that Q cannot mean, in mm.
 _FAR = 5.0
 #: Pitches of taps, mm: the finest (0.08, S0.3 of NIHS) and the coarsest (6, M64), with room for another speed than the tap was made for.
@@ -44,8 +46,10 @@ LEAST_PITCH, GREATEST_PITCH = 0.04, 12.0
 
 
 def _pecks(hole: Hole) -> list[float]:
-    """Return the depths of G73 and G83 with I, J and K of Haas: the first step, what each next one is less, the least one."""
-    step, less, least = (hole.unscaled(hole.words.get(letter, 0.0), hole.normal) for letter in "ijk")
+    """Return the depths of G73 and G83 of Haas: I J K are the first step, what each next one is less, the least one; else Q is each step."""
+    step, less, least, same = (hole.unscaled(hole.words.get(k, 0.0), hole.normal) for k in "ijkq")
+    if "i" not in hole.words:
+        step, less, least = same, 0.0, 0.0
     if (
         step <= 0.0
         or less < 0.0
@@ -56,19 +60,22 @@ def _pecks(hole: Hole) -> list[float]:
         raise BlockError("cycle-peck", message, "I", hint="G83 Z-2. R0.1 I0.5 J0.1 K0.2")
     depths = [hole.retract]
     while depths[-1] > hole.bottom:
-        depths.append(max(depths[-1] - step, hole.bottom))
+        level = depths[-1] - step
+        depths.append(level if level > hole.bottom + _ROUNDING else hole.bottom)
         step = max(step - less, least) or step
     return depths[1:]
 
 
-def _haas_peck(hole: Hole, out: bool) -> None:
-    """G83 (out of the hole after each step) or G73 with I, J and K."""
+def _haas_peck(hole: Hole, out: float) -> None:
+    """G83 or G73 of Haas: out of the hole when the steps since the last time add up to `out`."""
+    since = hole.retract
     for level in _pecks(hole):
         hole.feed(level)
         if level == hole.bottom:
             break
-        if out:
+        if since - level >= out - _ROUNDING:
             hole.traverse(hole.retract)
+            since = level
         hole.traverse(level + hole.clearance)
     hole.wait()
     hole.traverse(hole.clear)
@@ -79,7 +86,9 @@ def _pecking(number: int) -> Callable[[Hole], None]:
 
     def run(hole: Hole) -> None:
         if "i" in hole.words:
-            _haas_peck(hole, number == 830)
+            _haas_peck(hole, 0.0 if number == 830 else math.inf)
+        elif "k" in hole.words:
+            _haas_peck(hole, hole.unscaled(hole.words["k"], hole.normal))
         else:
             CYCLES[number].run(hole)
 
@@ -207,10 +216,10 @@ HOLES = {
     740: Cycle(_tap(-1), "", "tap, left-hand", "j", taps=True),
     760: Cycle(_fine_bore, "q", "bore, step off the wall by Q, traverse out", "ij", aside=True),
     770: Cycle(_back_bore, "q", "back bore from R up to Z, as G87 (Haas)", "ij", aside=True),
-    810: Cycle(CYCLES[810].run, "", "drill"),
-    820: Cycle(HoleMoves("Bwc"), "", "drill, dwell for P"),
-    830: Cycle(_pecking(830), "q", "drill, out of the hole every Q", "ij"),
-    840: Cycle(_tap(1), "", "tap, right-hand", "j", taps=True),
+    810: Cycle(CYCLES[810].run, "", "drill", "e"),
+    820: Cycle(HoleMoves("Bwc"), "", "drill, dwell for P", "e"),
+    830: Cycle(_pecking(830), "q", "drill, out of the hole every Q", "ije"),
+    840: Cycle(_tap(1), "", "tap, right-hand", "je", taps=True),
     # Of Mazak's controls and FANUC's FS15 format: rigid without M29.
     842: Cycle(lambda hole: _tap_in_step(hole, 1), "", "tap in step with the spindle, right-hand", taps=True),
     843: Cycle(lambda hole: _tap_in_step(hole, -1), "", "tap in step with the spindle, left-hand", taps=True),
@@ -270,9 +279,16 @@ def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
     letters = _LETTERS + AXES[normal] + HOLES[number].takes
     if not HOLES[number].aside and ("i" in block.words or (sticky.number == number and "i" in sticky.words)):
         letters += "k"
+    elif number == 730 and "k" in block.words and (block.words["k"] % 1.0 or has_point(ip, block, "k")):
+        letters += "k"
+        text = f"K{block.words['k']:g} of G73 is the depth after which the tool goes back to R, as on Haas's mills"
+        _doubt(ip, text, "a number of holes has no decimal point")
     given = {k: v for k, v in block.words.items() if k in letters}
     if "p" in given:
         given["p"] = seconds_of(ip, block)
+    if "e" in given:
+        text = f"E{given['e']:g} of G{number // 10} turns the spindle backwards behind each hole to clear chips (Haas): it is not planned"
+        _doubt(ip, text, "it takes time, and moves no axis")
     relative = sticky.relative - given.keys() if state.absolute else sticky.relative | given.keys()
     words = {**sticky.words, **given}
     if HOLES[number].aside and not given.keys().isdisjoint("qij"):
@@ -355,7 +371,7 @@ def make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> No
     clear = max(sticky.level, retract) if state.retract_old else retract
     hole = Hole(ip, block, normal, retract, bottom, clear, words, 0)
     step = Block({k: v for k, v in block.words.items() if AXIS_INDEX.get(k) != normal}, block.g)
-    letter = "k" if "k" in block.words and (HOLES[number].aside or "i" not in sticky.words) else "l"
+    letter = "k" if "k" in block.words and "k" not in sticky.words else "l"
     for _ in range(repeats(block, letter, 0)):
         hole.across({k: place for k, place in enumerate(ip.end_point(step)) if k != normal})
         if number not in _BACK:
@@ -364,8 +380,33 @@ def make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> No
     state.moved = True
 
 
+def _tap_to(direction: int) -> Handler:
+    """Return G174 or G184 of Haas's mills: a tap from where the tool stands to a place, along any line, and back."""
+
+    def run(ip: Interpreter, block: Block) -> None:
+        name = f"G{1740 // 10 if direction < 0 else 1840 // 10}"
+        if not has_axis(block):
+            raise BlockError(
+                "axis-missing", f"{name} has no axis word", name, hint="X Y Z are the bottom of the hole"
+            )
+        check_feed(ip, block, name)
+        start, spindle = ip.state.position.copy(), Hole(ip, block, 2, 0.0, 0.0, 0.0, {}, 0)
+        if ip.state.direction != direction:
+            spindle.turn(direction)
+        ip.go(ip.end_point(block))
+        spindle.turn(-direction)
+        ip.go(start)
+        spindle.turn(ip.state.direction)
+
+    return run
+
+
 CODES = tuple(
     Code("G", number, "motion", Stage.MOTION, _cycle(number), cycle.help, AXES + "rpqkl" + cycle.takes, "motion", summons=AXES + "r",
         dialects=("fanuc",), pitched=cycle.taps, moves="plane" if cycle.aside else "", refused=IS_CYCLE, without="lathes")
     for number, cycle in HOLES.items()
+) + tuple(
+    Code("G", number, "non-modal", Stage.MOTION, _tap_to(direction), f"tap {hand} to a place along any line, and back (Haas)", AXES, "own",
+        dialects=("fanuc",), pitched=True, refused=IS_CYCLE, without="lathes")
+    for number, direction, hand in ((1740, -1, "left-hand"), (1840, 1, "right-hand"))
 )  # fmt: skip

@@ -13,6 +13,7 @@ from cncgen.gcode.block import Block
 from cncgen.gcode.codes.canned_cycles import MAX_REPEATS, Sticky
 from cncgen.gcode.codes.canned_cycles_fanuc import HOLES, PATTERN, check_words, make_holes
 from cncgen.gcode.codes.places import in_rows, on_circle
+from cncgen.gcode.codes.probing import tell
 from cncgen.gcode.codes.table import IS_CYCLE, Code, Handler
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
@@ -66,6 +67,10 @@ _PATTERNS = {
 }  # fmt: skip
 
 
+#: What codes of Haas with these numbers set, which measure where no cycle is in force ("G35", "G36").
+_MEASURES = {350: "the tool's diameter", 360: "the origin"}
+
+
 def _pattern(number: int) -> Handler:
     letters, needs, counts, places, _, example = _PATTERNS[number]
     name = f"G{number / 10:g}"
@@ -74,9 +79,13 @@ def _pattern(number: int) -> Handler:
         state, words = ip.state, block.words
         turning = counts == "l" and {"p", "q"} <= words.keys()
         if state.motion not in HOLES or not isinstance(state.cycle, Sticky) or turning:
+            if number in _MEASURES and state.motion == 10 and not words.keys().isdisjoint("xyz"):
+                # The line in force has gone to the place.
+                tell(ip, name, _MEASURES[number])
+                return
             hint = "G81 stands before it or in its block; turning cycles are of --dialect fanuc-lathe"
-            if number in (350, 360):
-                hint = f"G81 stands before it or in its block; Haas's {name}, which measures with a probe, is not read"
+            if number in _MEASURES:
+                hint = f"G81 stands before it or in its block; {name} of Haas, which measures with a probe, has G1 before it"
             message = f"{name} has no cycle in force that it repeats"
             raise BlockError("cycle-missing", message, name, hint=hint)
         taken = letters + ("pq" if counts == "l" else "")

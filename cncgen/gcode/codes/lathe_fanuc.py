@@ -8,6 +8,7 @@ Source: FANUC 0i-TD operator's manual B-64304EN-1, sections 4.1 (threads), 8.4 (
 
 from __future__ import annotations
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.cutter_compensation import interrupt
 from cncgen.gcode.codes.dwell import has_point
@@ -81,6 +82,8 @@ class Turning:
 #: Lengths in mm from which on a whole number without a decimal point cannot be meant as a length: the depth of a cut and the way of all
 #: passes, how far a tool lifts off, an allowance, and what the last pass of a thread takes.
 DEEP, LIFT, ALLOWANCE, THREAD_FINISH = 50.0, 20.0, 10.0, 2.0
+#: Words of which each form of the cycles G70 to G76 uses some; F, S and T act by themselves.
+_WORDS_OF_CYCLES = "uwrpqikda"
 
 
 def turning_of(ip: Interpreter) -> Turning:
@@ -128,6 +131,14 @@ def length_of(ip: Interpreter, block: Block, letter: str, name: str, least_mm: f
     hint = f"a length has a decimal point: {word}{length:g}{'' if length % 1.0 else '.'}"
     ip.warn_once(BlockError("profile-step", message, word, hint=hint))
     return length
+
+
+def check_idle(ip: Interpreter, block: Block, name: str, used: str, hint: str) -> None:
+    """Warn of words of a cycle that this form of it has no use for."""
+    idle = [letter.upper() for letter in _WORDS_OF_CYCLES if letter in block.words and letter not in used]
+    if idle:
+        message = f"{', '.join(idle)} of {name} change{'s' if len(idle) == 1 else ''} nothing here"
+        ip.warn(BlockError("unused-word", message, idle[0], hint=hint), Severity.WARNING)
 
 
 def depth_of(ip: Interpreter, block: Block, name: str) -> float:

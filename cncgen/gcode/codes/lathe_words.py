@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 
 X, Z = 0, 2
+#: Words that this module converts.
+_TURNED = frozenset(("x", "z", "u", "v", "w", "a", "c", "h", ",a"))
 #: Words of distances: the axis and its column.
 DISTANCES = {"u": ("x", X), "v": ("y", 1), "w": ("z", Z), "h": ("c", 5)}
 #: Columns of the words that are distances under G91.
@@ -37,50 +39,54 @@ def turned(ip: Interpreter, block: Block) -> Block:
     renamed, ip.distances = LATHES[ip.system], frozenset()
     if renamed and block.g:
         block = _in_system_a(ip, block, renamed)
-    words = block.words
-    if words.keys().isdisjoint(("x", "z", "u", "v", "w", "a", "c", "h", ",a")):
+    if block.words.keys().isdisjoint(_TURNED):
         return block
     rows = [row for number in block.g if (row := ip.codes.row("G", number)) is not None]
     if any(row.axis_words == "sizes" for row in rows):
         return block
-    found = dict(words)
-    if "x" in found:
-        found["x"] *= 0.5
+    found = {letter: 0.5 * value if letter == "x" else value for letter, value in block.words.items()}
     if _G10 in block.g:
         return replace(block, words=found)
     # G80 ends a cycle, and makes no line of its block.
     motions = [row for row in rows if row.axes == "motion" or row.group == "canned cycle"]
-    if not motions:
-        in_force = ip.codes.row("G", ip.state.motion)
-        motions = [in_force] if in_force is not None else []
-    depth = motions[0].depth if motions else ""
+    motion = motions[0] if motions else ip.codes.row("G", ip.state.motion)
+    depth = motion.depth if motion is not None else ""
     if ip.steps and all(row.axis_words != "absolute" for row in rows):
-        ip.distances = frozenset(column for letter, column in _PLACES.items() if letter in found)
-        if depth and depth not in found and (axis := DISTANCES[depth][0]) in found:
-            # The bottom of a hole is a distance from R.
-            found[depth] = found.pop(axis) * (2.0 if depth == "u" else 1.0)
-        for letter, column in _PLACES.items():
-            if letter in found:
-                found[letter] += ip.state.position[column]
-    for letter, (axis, column) in DISTANCES.items():
-        if letter in found:
-            if axis in found:
-                message = f"{axis.upper()} and {letter.upper()} both say where {axis.upper()} goes"
-                of_mach3 = axis == "c" and 760 in block.g
-                hint = "G76 with H and C is of Mach3 Turn, and not read" if of_mach3 else "write one of them"
-                raise BlockError("axis-words-twice", message, letter.upper(), hint=hint)
-            distance = found.pop(letter) * (0.5 if column == X else 1.0)
-            if letter == depth:
-                found[letter] = distance
-            else:
-                found[axis] = ip.state.position[column] + distance
-                ip.distances |= {column}
-    if _LINE in block.g or (
-        ip.state.motion == _LINE and all(row.axes == "none" and row.group != "canned cycle" for row in rows)
-    ):
+        _step(ip, found, depth)
+    _lead(ip, block, found, depth)
+    in_force = ip.state.motion == _LINE and not motions and all(row.axes == "none" for row in rows)
+    if _LINE in block.g or in_force:
         _corner(ip, block, found)
     ip.rotary |= found.keys() & _ROTARY
     return replace(block, words=found)
+
+
+def _step(ip: Interpreter, words: dict[str, float], depth: str) -> None:
+    """Turn words of places, which are distances under G91, into places; the bottom of a hole is a distance from R."""
+    places = {letter: column for letter, column in _PLACES.items() if letter in words}
+    ip.distances = frozenset(places.values())
+    if depth and depth not in words and (axis := DISTANCES[depth][0]) in words:
+        words[depth] = words.pop(axis) * (2.0 if depth == "u" else 1.0)
+        places.pop(axis)
+    for letter, column in places.items():
+        words[letter] += ip.state.position[column]
+
+
+def _lead(ip: Interpreter, block: Block, words: dict[str, float], depth: str) -> None:
+    """Turn words of distances into places, but for the depth of a hole."""
+    for letter in words.keys() & DISTANCES:
+        axis, column = DISTANCES[letter]
+        if axis in words:
+            message = f"{axis.upper()} and {letter.upper()} both say where {axis.upper()} goes"
+            of_mach3 = axis == "c" and 760 in block.g
+            hint = "G76 with H and C is of Mach3 Turn, and not read" if of_mach3 else "write one of them"
+            raise BlockError("axis-words-twice", message, letter.upper(), hint=hint)
+        distance = words.pop(letter) * (0.5 if column == X else 1.0)
+        if letter == depth:
+            words[letter] = distance
+        else:
+            words[axis] = ip.state.position[column] + distance
+            ip.distances |= {column}
 
 
 def _in_system_a(ip: Interpreter, block: Block, renamed: dict[int, int]) -> Block:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.lathe_fanuc import LIFT, ONLY, go_to, increments, length_of, turning_of
+from cncgen.gcode.codes.lathe_fanuc import LIFT, ONLY, check_idle, go_to, increments, length_of, turning_of
 from cncgen.gcode.codes.lathe_words import X, Z
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import IS_CYCLE, Code, Handler
@@ -48,7 +48,20 @@ def _pecking(name: str, deep: int, aside: int) -> Handler:
 
     def run(ip: Interpreter, block: Block) -> None:
         words, kept = block.words, turning_of(ip)
-        if words.keys().isdisjoint("xz"):
+        alone = words.keys().isdisjoint("xz")
+        used = (
+            "r"
+            if alone
+            else "r" + "".join(_LENGTH[axis] if _LENGTH[axis] in words else _STEP[axis] for axis in (X, Z))
+        )
+        check_idle(
+            ip,
+            block,
+            name,
+            used,
+            "R alone is how far it goes back; steps are P and Q of FANUC, or I and K of Haas",
+        )
+        if alone:
             if "r" in words:
                 kept.back = abs(length_of(ip, block, "r", name, LIFT))
             return

@@ -69,6 +69,35 @@ def skip(ip: Interpreter, block: Block) -> None:
     ip.parameters.numbers[PROBE : PROBE + 9] = array("d", end)
 
 
+def tell(ip: Interpreter, name: str, what: str) -> None:
+    """Say that a line which ends at a signal was planned to its place, and what the code would set."""
+    message = f"{name} is planned to the place where the probe is looked for, and {what} stays as it is"
+    hint = "offsets and origins that it would set are those of --tool-table and --parameters"
+    ip.warn_once(BlockError("probe-not-run", message, name, hint=hint))
+
+
+def middle(ip: Interpreter, block: Block) -> None:
+    """G136 of Haas: as G31, the middle between its place and the last one becomes the origin (Haas mill operator's manual, "G136")."""
+    if not has_axis(block):
+        raise BlockError("axis-missing", "G136 has no axis word", "G136")
+    check_feed(ip, block, "G136")
+    ip.go(ip.end_point(block))
+    tell(ip, "G136", "the origin")
+
+
+def length(ip: Interpreter, block: Block) -> None:
+    """G37 H Z F of Haas: feed down to the probe, which stands at Z0 of the coordinate system (Haas mill operator's manual, "G37").
+
+    Raises:
+        BlockError: It has no F: G37 of other controls goes to the place of its probe, which their parameters have.
+    """
+    if "f" not in block.words:
+        message = "G37 (automatic tool length measurement) has no F: where other controls than Haas's have their probe, is not known"
+        raise BlockError("not-read", message, "G37", hint="set the length by G10 L10, or in the tool table")
+    ip.go([0.0 if k == 2 else place for k, place in enumerate(ip.state.position)])
+    tell(ip, "G37", "the tool's length")
+
+
 #: Programs of the makers of probes, which the control has and the text has not: Renishaw's Inspection Plus, Haas's VPS; and
 #: the one of Renishaw's that moves to a place, stopping where something is touched.
 MEASURING = frozenset((*range(9800, 9900), 9023, 9995, 9996))
@@ -108,4 +137,10 @@ _PROBES = tuple(
         (385, "away from the part"),
     )
 )  # fmt: skip
-CODES = (_SKIP, *_PROBES)
+_MEASURES = (
+    Code("G", 1360, "non-modal", Stage.MOTION, middle, "line that the skip signal ends; the middle of two is the origin (Haas)", "xyzabcijk",
+        "own", dialects=("fanuc",), refused=_SKIP.refused, without="lathes"),
+    Code("G", 370, "non-modal", Stage.MOTION, length, "measure a tool's length with a probe (Haas)", "zh", "own", dialects=("fanuc",),
+        takes="h", moves="Z", refused=_SKIP.refused, without="lathes"),
+)  # fmt: skip
+CODES = (_SKIP, *_PROBES, *_MEASURES)

@@ -14,6 +14,7 @@ from cncgen.gcode.codes.lathe_fanuc import (
     DEEP,
     ONLY,
     THREAD_FINISH,
+    check_idle,
     check_spindle,
     depth_of,
     increments,
@@ -47,6 +48,7 @@ def cut(ip: Interpreter, block: Block) -> None:
 def _set(ip: Interpreter, block: Block) -> None:
     """Take P (passes at full depth, chamfer in tenths of the lead, angle: two digits each), Q and R."""
     kept, words = turning_of(ip), block.words
+    check_idle(ip, block, "G76", "pqr", "before the block with X and Z it takes P, Q and R")
     if "p" in words:
         digits = whole(block, "p", "G76")
         kept.passes, kept.chamfer, kept.angle = digits // 10_000, digits // 100 % 100, float(digits % 100)
@@ -104,6 +106,8 @@ def _thread_of(ip: Interpreter, block: Block) -> _Thread:
     """Return the thread of a block: P its height, Q the first depth (of Haas K, D and the angle A), R (I) its taper, F its lead."""
     words, kept = block.words, turning_of(ip)
     of_haas = "k" in words
+    hint = "the cycle of Haas takes K D I A, and feeds in along one flank (P1); that of FANUC takes P Q R"
+    check_idle(ip, block, "G76", "kdia" if of_haas else "pqr", hint)
     high, first = ("k", "d") if of_haas else ("p", "q")
     missing = [letter.upper() for letter in ("x", "z", high, first, "f") if letter not in words]
     if missing:

@@ -21,6 +21,7 @@ from cncgen.gcode.codes.lathe_fanuc import (
     LIFT,
     ONLY,
     Turning,
+    check_idle,
     depth_of,
     length_of,
     turning_of,
@@ -189,12 +190,26 @@ def _rough(name: str, swap: bool) -> Handler:
     def run(ip: Interpreter, block: Block) -> None:
         words, kept = block.words, turning_of(ip)
         if "p" not in words and "q" not in words:
+            check_idle(
+                ip,
+                block,
+                name,
+                depth_word + "r",
+                f"before the block with P and Q it takes {depth_word.upper()} and R",
+            )
             if depth_word in words:
                 kept.depth = abs(length_of(ip, block, depth_word, name, DEEP))
             if "r" in words:
                 kept.escape = abs(length_of(ip, block, "r", name, LIFT))
             return
         check_feed(ip, block, name)
+        check_idle(
+            ip,
+            block,
+            name,
+            "pquwd",
+            "how far it lifts off is R of a block before it; R1 of Haas is type II, as X and Z are in line P",
+        )
         _without_compensation(ip, name)
         if "d" in words:
             kept.depth = depth_of(ip, block, name)
@@ -301,6 +316,14 @@ def like_it(ip: Interpreter, block: Block) -> None:
         for letter, before in ((across, x), (along, z))
     )
     kept.pattern = x, z, count
+    used = "uwr" if alone else "pquwikd"
+    check_idle(
+        ip,
+        block,
+        "G73",
+        used,
+        "way and number of passes are U W R before the block with P and Q, or I K D in it",
+    )
     if alone:
         return
     check_feed(ip, block, "G73")
@@ -326,11 +349,9 @@ def like_it(ip: Interpreter, block: Block) -> None:
 def finish(ip: Interpreter, block: Block) -> None:
     """G70: execute the lines of the profile, F and cutter compensation with them, and go back."""
     start = ip.state.position.copy()
-    idle = [letter.upper() for letter in "uwd" if letter in block.words]
-    if idle:
-        message = f"{', '.join(idle)} of G70 change nothing: the profile is finished as it is written"
-        hint = "allowances belong to G71 to G73"
-        ip.warn(BlockError("unused-word", message, idle[0], hint=hint), Severity.WARNING)
+    check_idle(
+        ip, block, "G70", "pq", "the profile is finished as it is written; allowances belong to G71 to G73"
+    )
     _run(ip, block, "G70", ip.flow_control().execute)
     _end_corner(ip)
     back = ip.state.position.copy()

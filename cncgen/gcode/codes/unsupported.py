@@ -13,7 +13,6 @@ MEANING: dict[tuple[str, int], str] = {
     ("G", 283): "setting the machine's zero",
     ("G", 284): "homing that sets no zero",
     ("G", 340): "thread cutting with a variable lead",
-    ("G", 370): "automatic tool length measurement",
     **dict.fromkeys((("G", 412), ("G", 422)), "three-dimensional cutter compensation"),
     **dict.fromkeys((("G", 512),), "polygon turning"),
     **dict.fromkeys((("G", 721), ("G", 722)), "copies of a subprogram, turned or shifted"),
@@ -25,7 +24,6 @@ MEANING: dict[tuple[str, int], str] = {
     ("G", 811): "chopping",
     # Of Haas's controls.
     ("G", 1020): "output over RS-232",
-    ("G", 1360): "measuring the middle between two points with a probe",
     ("G", 1560): "broaching",
     **dict.fromkeys((("G", 1740), ("G", 1840)), "tapping along a direction other than the spindle's"),
     **dict.fromkeys((("G", n) for n in (1860, 1950, 1960)), "tapping with a driven tool"),

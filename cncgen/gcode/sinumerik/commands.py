@@ -33,7 +33,7 @@ NAMED = frozenset(
 _ACCEPTED = frozenset(
     [
      "SOFT", "BRISK", "DRIVE", "SOFTA", "BRISKA", "FFWON", "FFWOF", "FIFOCTRL", "STARTFIFO", "STOPFIFO",
-     "UPATH", "SPATH", "COMPON", "COMPCURV", "COMPCAD", "COMPOF", "COMPSURF", "NORM", "STOPRE", "ORISON", "ORISOF", "RTLION", "RTLIOF",
+     "UPATH", "SPATH", "COMPON", "COMPCURV", "COMPCAD", "COMPOF", "COMPSURF", "NORM", "STOPRE", "ORISON", "ORISOF", "RTLION",
      "CDOF", "CDOF2", "CDON", "CUT2D", "CUT2DF", "WALIMON", "WALIMOF", "DYNNORM", "DYNPOS", "DYNROUGH", "DYNSEMIFIN", "DYNFINISH",
      "DYNPREC", "SBLON", "SBLOF", "DISPLOF", "DISPLON", "FNORM", "FLIN", "FCUB", "CPRECON", "CPRECOF", "POLYPATH", "BAUTO", "BNAT",
      "BTAN", "EAUTO", "ENAT", "ETAN", "NEWCONF", "WAITP", "FPRAOFF", "LFON", "LFOF", "SPCON", "SPCOF", "SAVE", "ACTBLOCNO",
@@ -429,6 +429,19 @@ def _contour_feed(arcs: str) -> Callable[[Motions], None]:
     return lambda motions: feed_along_contour(motions.ip, arcs)
 
 
+def _each_axis_by_itself(motions: Motions) -> None:
+    """RTLIOF: in a traverse each axis goes as fast as it can, so that the way is no line (Fundamentals, "RTLION, RTLIOF")."""
+    message = "RTLIOF lets each axis traverse by itself; here a traverse goes straight"
+    motions.ip.warn_once(
+        BlockError(
+            "traverse-straight",
+            message,
+            "RTLIOF",
+            hint="the ends are the same, the way between them is not; RTLION goes straight",
+        )
+    )
+
+
 _SWITCHES: dict[str, Callable[[Motions], None]] = {
     "CFC": _contour_feed("all"),
     "CFIN": _contour_feed("inside"),
@@ -440,6 +453,7 @@ _SWITCHES: dict[str, Callable[[Motions], None]] = {
     **{name: _sets("angles", name) for name in ("ORIEULER", "ORIRPY", "ORIRPY2", "ORIVIRT1", "ORIVIRT2")},
     "ORIWKS": _sets("machine_vectors", False),
     "ORIMKS": _sets("machine_vectors", True),
+    "RTLIOF": _each_axis_by_itself,
     "TRAORI": _traori,
     "TRAFOOF": _trafoof,
     "TRANSMIT": _transmit,
