@@ -275,7 +275,7 @@ def _holds_in_languages(operator: cython.int, a: cython.double, b: cython.double
     """Tell whether a relation that G-code does not have holds."""
     same: cython.bint
     if operator == EQUAL or operator == UNEQUAL:
-        # What is vacant is equal to what is.
+        # Two vacant values are equal.
         return (a == b or (a != a and b != b)) == (operator == EQUAL)
     if operator == NEAR or operator == APART:
         return (fabs(a - b) < _NEAR) == (operator == NEAR)

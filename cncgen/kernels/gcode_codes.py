@@ -36,7 +36,7 @@ OPERATIONS = _counted(
     "END NUMBER WORD STORED BINARY SET PARAMETER NAMED NAME SET_NAMED NEGATIVE FUNCTION ARC_TANGENT SLOPE EXISTS EXISTS_NAMED COMMENT "
     "MESSAGE FLOW THEN INCREMENTS OUTPUT SET_STORED SET_VARIABLE JUMP ELEMENT SET_ELEMENT"
 )
-#: What a rule of SINUMERIK or Heidenhain does (`language_code`): its parts stand alone, a number, a parameter (with a sign or without), an
+#: The work of a rule of SINUMERIK or Heidenhain (`language_code`): its parts stand alone, a number, a parameter (with a sign or without), an
 #: element R[…], a sign, an operator between values, a function before one, one with its arguments in brackets, a word as one token, a name
 #: with a value behind it, the target of a setting, a setting, one of FN with its operator, the radius R0, the end of a line L, a traverse or
 #: the feed of the tool, pi; jumps, from WORK_UNLESS on (`JUMPS`), and a label.

@@ -28,7 +28,7 @@ _SHAPES = cython.declare(cython.Py_ssize_t, 512)
 _STORE = cython.declare(cython.Py_ssize_t, 1 << 16)
 #: Sums have 32 bits.
 _ALL = cython.declare(cython.uint, 0xFFFFFFFF)
-#: What stands for any blank.
+#: The character that stands for any blank.
 _BLANK = cython.declare(cython.int, 32)
 #: By byte: its kind in a shape; small letters and signs stand for themselves.
 _FOLD = cython.declare(cython.uchar[256])
@@ -112,7 +112,7 @@ class Code(Tables):
 
     Args:
         tables: A module of tables (``grammars/tables_*.py``).
-        works: What rules do, by alias or name; `other` is what all others do.
+        works: The work of each rule, by alias or name; `other` is that of all others.
 
     Attributes:
         text: The text of the line read last, which begins at `begin`.
@@ -129,7 +129,7 @@ class Code(Tables):
         comma: Whether a comma is a decimal sign.
         remarks: Whether a semicolon begins a comment that says nothing, unless it has a ~.
         alike: Whether the code of the line read last is that of its shape, where it was set before.
-        made: What each rule does.
+        made: The work of each rule.
         begins, ends, codes: By place on the stack: where the symbol begins and ends, and its code begins.
     """
 

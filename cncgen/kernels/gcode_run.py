@@ -45,7 +45,7 @@ _MOST_CODE = cython.declare(cython.int, 100)
 #: Local numbered parameters of a subroutine, from #1 on, and units of work of a call (`budget.CALL`).
 _LOCALS = cython.declare(cython.int, 30)
 _CALL_UNITS = cython.declare(cython.int, 12)
-#: What an IF looks for that does not hold.
+#: The marks that an IF which does not hold looks for.
 _BRANCHES = cython.declare(cython.uint, bits_of(LOOKS["if"][1]))
 #: Lines that are not run here.
 _LEFT_OUT = cython.declare(cython.int, DELETED | REFUSED)

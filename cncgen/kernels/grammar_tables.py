@@ -1,7 +1,7 @@
 """The tables of a grammar (``grammars/lalr.py``), and their run over a text: one for all languages.
 
-One DFA finds the tokens that the parser's state allows, the longest first; the LALR automaton shifts and reduces them. What a token or a
-rule means is for the class to say that has `Tables` for its base. Small letters count as capitals.
+One DFA finds the tokens that the parser's state allows, the longest first; the LALR automaton shifts and reduces them. A class with
+`Tables` for its base gives meaning to tokens and rules. Small letters count as capitals.
 """
 
 import cython
@@ -16,7 +16,7 @@ class Tables:
         tables: A module of tables (``grammars/tables_*.py``).
 
     Attributes:
-        text: What is read, a byte a character; those beyond ASCII are alike.
+        text: The text, a byte a character; those beyond ASCII are alike.
         silent: By rule, whether it does nothing.
         stack: States, up to `depth`.
         taken: The place behind the token that is shifted.

@@ -81,7 +81,7 @@ class LanguageCode(Code):
         tables: A module of tables (``grammars/tables_*.py``).
         terminals: The terminals of lines that are taken.
         leading: The terminals of jumps, and of what they lead to: of lines that are taken where jumps are followed.
-        works: What rules do (`gcode_codes.WORKS`), by alias or name.
+        works: The work of each rule (`gcode_codes.WORKS`), by alias or name.
         words: Letters of words.
         parameter: The letter of parameters, a small one; `most` is the largest number of one, `least` the smallest.
         operators, functions: By their names, in capitals.

@@ -1,5 +1,5 @@
 # cython: infer_types=True
-"""What lines of SINUMERIK and Heidenhain read and set while `gcode_run` runs them, and where their jumps lead.
+"""The values that lines of SINUMERIK and Heidenhain read and set while `gcode_run` runs them, and where their jumps lead.
 
 A setting acts in its own line. A line that is left to the interpreter gives back first what it has set.
 """

@@ -41,7 +41,7 @@ def tangent_centre(
         begin: Where it begins.
         way: The direction of what is before it, if there is anything.
         finish: Where it ends.
-        before: What that is called.
+        before: The name of the element before it.
         hints: Help where it has no direction, and where it is straight.
     """
     if not way:

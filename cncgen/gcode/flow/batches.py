@@ -29,12 +29,12 @@ if TYPE_CHECKING:
 _BITS = {"r": gcode_codes.GIVEN_R, "p": gcode_codes.GIVEN_P, "q": gcode_codes.GIVEN_Q}
 
 
-#: Is told of motions that were made: where they began, and their columns of motions, ends and centres.
+#: Called with motions that were made: where they began, and their columns of motions, ends and centres.
 Made = Callable[[list[float], memoryview, memoryview, memoryview], None]
 
 
 class Batches:
-    """The kernel on the columns of plain blocks, and work columns of its own, used again for each run; `made` is told of motions."""
+    """The kernel on the columns of plain blocks, and work columns of its own, used again for each run; `made` hears of motions."""
 
     def __init__(self, ip: Interpreter, plain: PlainBlocks, made: Made | None = None) -> None:
         self._ip = ip

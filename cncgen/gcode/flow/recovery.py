@@ -43,7 +43,7 @@ def recover(ip: Interpreter, parse: Callable[[str], Parsed], text: str) -> None:
         return
     feed = {"f": words["f"]} if words.get("f", 0.0) > 0.0 else {}
     if not feed and not ip.state.feed and _FEED.search(normalise(text)):
-        # What the line computes as its feed is not known, but there is one.
+        # The line has a feed, but its value was not computed.
         feed = {"f": 1.0}
     for block in (*(Block({}, (number,)) for number in modes), Block(feed)):
         attempt(ip, block)

@@ -43,7 +43,7 @@ _TEXT = re.compile(
     rf"(?:G98[ \t]*L|T\d+[ \t]*G1[789]|G99[ \t]*T|D\d\d[ \t]*Q|G2\d\d\b[^\n]*{_Q}[ \t]*=|[^\n;*]+\*[ \t\r]*$)".encode(),
     re.MULTILINE | re.IGNORECASE,
 )
-#: What is taken off a block before it is read.
+#: The number of a block, which is taken off before it is read.
 _NUMBER = re.compile(rf"\A\s*(?=N){_N}\s*", re.IGNORECASE)
 #: G functions have so many digits at most.
 _DIGITS_OF_G = 3

@@ -35,7 +35,7 @@ from cncgen.kernels.language_code import TOOL_FEED
 
 #: Cycles from this number on have their surface in Q203, and take M109 and M110 for their arcs on the control.
 OF_PARAMETERS = 200
-#: What helps where a file is missing.
+#: The hint where a file is missing.
 INCLUDE = "--include adds a folder to the search path"
 _ARCS = (CIRCLE, RADIUS_ARC, POLAR_ARC)
 #: M2 and M30.

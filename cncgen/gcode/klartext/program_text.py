@@ -68,7 +68,7 @@ class ProgramText(LanguageRun[Program]):
     """A run, as far as it reads."""
 
     plain, hangs = "heidenhain", True
-    #: What a block says; those of late are kept. How blocks of labels begin.
+    #: The statement of a block; recent ones are kept. How blocks of labels begin.
     parse: Callable[[str], Statement] = staticmethod(lru_cache(4096)(plain_language.parse))
     label_heads: tuple[str, ...] = ("LBL",)
 

@@ -27,7 +27,7 @@ from cncgen.gcode.text.plain_language import Statement
 _CONTOUR_LABELS = 14
 #: A text that is written out.
 _WRITTEN = re.compile(r'"([^"]*)"')
-#: What PRESET SELECT takes.
+#: The arguments of PRESET SELECT.
 _PRESET = re.compile(r"#\s*(?P<row>\d+)(?P<keep>\s+KEEP\s+TRANS)?(?:\s+WP)?", re.IGNORECASE)
 #: Functions of tables and of the PLC.
 _FUNCTIONS_NOT_READ = {

@@ -314,7 +314,7 @@ def in_force(motions: Motions, group: int) -> float:
     """Return the place in its group of the G function in force, $P_GG.
 
     Raises:
-        BlockError: What is in force has no G number, or is not kept.
+        BlockError: The code in force has no G number, or is not kept.
     """
     state = motions.ip.state
     origin = state.system if state.system <= frame_variables.LAST_ORIGIN else 0

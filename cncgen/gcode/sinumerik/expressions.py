@@ -73,7 +73,7 @@ class RParameter:
 
     @property
     def operands(self) -> tuple[Value, ...]:
-        """What is computed before it."""
+        """The expressions that are computed before it."""
         return () if isinstance(self.index, float) else (self.index,)
 
     @staticmethod
@@ -95,7 +95,7 @@ class Variable:
 
     @property
     def operands(self) -> tuple[Value, ...]:
-        """What is computed before it."""
+        """The expressions that are computed before it."""
         return self.indices
 
     def of(self, variables: Variables, *indices: Scalar) -> Scalar:
@@ -116,7 +116,7 @@ class TextFunction:
 
     @property
     def operands(self) -> tuple[Value, ...]:
-        """What is computed before it."""
+        """The expressions that are computed before it."""
         return self.arguments
 
     def of(self, variables: Variables, text: Scalar, *more: Scalar) -> Scalar:

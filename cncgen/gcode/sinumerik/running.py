@@ -148,7 +148,7 @@ class SinumerikRunner(LanguageRun[Program]):
     # Branches and loops.
 
     def do_endif(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
-        """Go on: what begins a loop, ends a branch or declares."""
+        """Go on: the statement begins a loop, ends a branch or declares."""
 
     do_loop = do_repeat = do_header = do_proc = do_extern = do_endif
 

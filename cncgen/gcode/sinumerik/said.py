@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from cncgen.gcode.sinumerik.expressions import Quoted, Value, Variable
 from cncgen.gcode.sinumerik.reading import Item
 
-#: What a program of a lathe names beside G96: the bound of its speed, and cycles that turn.
+#: Names of a lathe's program beside G96: the bound of its speed, and cycles that turn.
 _TURNING = {"LIMS", *(f"CYCLE{n}" for n in (92, 93, 94, 95, 96, 97, 98, 99, 930, 940, 951, 952))}
 
 

@@ -11,7 +11,7 @@ _GROOVE, _THREAD, _STOCK = (
     "CYCLE97 cuts threads",
     "CYCLE95 roughs and finishes a contour",
 )
-#: What a cycle does, and the sister that is read. (840D sl, Job planning, "Programming cycles externally")
+#: The work of a cycle, and the sister that is read. (840D sl, Job planning, "Programming cycles externally")
 _KNOWN = {
     "CYCLE60": ("engraving", ""), "CYCLE63": ("a pocket or spigot of any contour", "CYCLE72 mills along a contour"),
     "CYCLE64": ("predrilling of a pocket", "CYCLE83 drills"), "CYCLE78": ("drilling and milling of a thread", "CYCLE83 drills, CYCLE70 and CYCLE90 mill threads"),

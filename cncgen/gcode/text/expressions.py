@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 Scalar = float | str | None
 #: Numbers beyond it have no bits that AND, OR, XOR and NOT could take.
 _MOST_BITS = 2.0**53
-#: What a division is called whose divisor is 0.
+#: The name of an operation whose divisor is 0.
 _DIVISIONS = {codes.DIVIDE: "/", codes.MOD: "MOD", codes.REMAINDER: "MOD", codes.WHOLE_QUOTIENT: "DIV"}
 _BITS = (codes.BITS_AND, codes.BITS_OR, codes.BITS_XOR, codes.BITS_NOT)
 _ANGLES = (codes.SIN, codes.COS, codes.TAN)
@@ -42,11 +42,11 @@ Operand = float | Callable[..., float | str]
 
 @dataclass(frozen=True, slots=True)
 class Arithmetic:
-    """What a language has of operators and functions.
+    """The operators and functions of a language.
 
     Attributes:
         names: Those of operators and functions in faults, by their numbers in the kernel.
-        brackets: What stands around the argument of a function in faults. Within ( ) functions stand as they are named, so that faults have
+        brackets: The brackets around the argument of a function in faults. Within ( ) functions stand as they are named, so that faults have
             their place.
         replaced: The operators and functions that it means by those of the common grammar, by their numbers.
         fills: Whether vacant operands (NaN) count as 0.

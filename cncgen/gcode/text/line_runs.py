@@ -17,7 +17,7 @@ from cncgen.records import dataclass
 
 
 class _Entry(Protocol):
-    """What stands for a line."""
+    """A line of a run, with its place."""
 
     @property
     def here(self) -> Cursor:
@@ -35,8 +35,8 @@ def _named(numbers: dict[str, int]) -> dict[bytes, int]:
     return {name.encode(): number for name, number in numbers.items()}
 
 
-#: By language, what `LanguageCode` takes beside the grammar's tables: letters behind which digits are of the shape of a line, terminals, those
-#: of jumps and labels, what rules do, letters of words, letter and numbers of parameters, operators, functions and constants by their
+#: By language, the arguments of `LanguageCode` beside the grammar's tables: letters behind which digits are of the shape of a line, terminals, those
+#: of jumps and labels, the work of rules, letters of words, letter and numbers of parameters, operators, functions and constants by their
 #: names, and whether lines begin with L and a number.
 _TAKEN: dict[str, tuple[Any, ...]] = {
     "sinumerik": (

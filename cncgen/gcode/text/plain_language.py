@@ -161,7 +161,7 @@ def read(reader: Reader, text: str, start: str, refused: Callable[[Reader, str, 
     return found
 
 
-#: What reads the text whose rules run.
+#: The reader of the text whose rules run.
 _in_use: Reader | None = None
 
 

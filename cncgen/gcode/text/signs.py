@@ -42,7 +42,7 @@ SIGNED = rb"[-+]?(?:" + _NUMBER + rb")"
 _WITH_POINT = rb"(?!\d+(?![\d.]))(?:" + _NUMBER + rb")"
 _AT = rb"^[ \t]*(?:" + BLOCK_NUMBER + rb"[ \t]*)?"
 _W = rb"(?<![A-Z_])"
-#: What stands before a word that is in no comment: those of all languages begin by ``(`` or ``;``.
+#: The text before a word outside comments, which begin with ``(`` or ``;`` in all languages.
 _SAID = rb"^[^;(\n]*\b"
 #: Controls that are recognised and not read, and how a diagnostic calls their language.
 UNREAD = {
