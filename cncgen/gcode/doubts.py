@@ -135,6 +135,12 @@ _MARLIN = _Doubt(
     "a message is a comment here: (MSG, job ends)",
     (b"M117", b"M118"),
 )
+_COLON = _Doubt(
+    signs.WITHOUT_NUMBER,
+    "lines of : without a number are passed over",
+    ":1000 is the number of a program",
+    (b"\n:", b":(", b": ("),
+)
 _HEIDENHAIN = _Doubt(
     _BEFORE + rb"[A-Z][ \t]*" + signs.SIGNED + rb"[ \t]*(?P<word>\*)[ \t]*\r?$",
     "blocks that end in * are of Heidenhain's DIN/ISO",
@@ -246,7 +252,7 @@ def _doubts(
     lines = different(source)[0]
     asked = [
         *(
-            (_SIEMENS, _HEIDENHAIN, _GRBL, _SIMULATOR, _DENFORD, _EDING, _MARLIN)
+            (_SIEMENS, _HEIDENHAIN, _GRBL, _SIMULATOR, _DENFORD, _EDING, _MARLIN, _COLON)
             if language_of(dialect) in BOTH
             else ()
         )

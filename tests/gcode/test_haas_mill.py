@@ -7,6 +7,8 @@ from typing import Any
 
 import pytest
 
+from cncgen.toolpath.record import Kind
+
 Run = Callable[..., Any]
 Moves = Callable[..., list[tuple[float, float, float, float]]]
 
@@ -76,3 +78,74 @@ def test_g184_taps_along_a_line_and_back(moves: Moves, calls: Callable[..., list
     assert moves(text, dialect="fanuc")[1:] == [(-7, 0, 1, 500), (0, 0, 5, 500)]
     turns = [call for call in calls(text, dialect="fanuc") if "SPINDLE_C" in call]
     assert [call.split("_")[2][:7] for call in turns] == ["CLOCKWI", "COUNTER", "CLOCKWI"]
+
+
+@pytest.mark.parametrize(("code", "number"), [("G112", 3), ("G113", 4)])
+def test_g112_and_g113_are_coordinate_systems_on_mills(
+    moves: Moves, run: Run, code: str, number: int
+) -> None:
+    """The table of G codes has "G112 #9 Coordinate System", which is G154 P3; before, X and Y turned into X and C without a word."""
+    text = f"{HEAD}G10 L20 P{number} X10. Y8.\nG0 {code} X1. Y1.\nG154 P{number} X2. Y1.\nM30"
+    assert [move[:2] for move in moves(text, dialect="fanuc")[1:]] == [(11, 9), (12, 9)]
+    out = run(text, dialect="fanuc")
+    assert "c" not in out.moving_axes.lower()
+    assert [d.severity for d in out.diagnostics if code in d.message] == ["warning"]
+
+
+WRAPPED = """O60472
+G21 G90 G54 G0 X0 Y0 A0
+S1000 M3
+G107 A0 Y0 {radius}
+G1 X10. Y5. F100
+G2 X15. Y10. R5.
+G107
+G0 X0
+M30
+"""
+
+
+@pytest.mark.parametrize("radius", ["R20.", "Q40."])
+def test_g107_maps_y_onto_a_cylinder(run: Run, radius: str) -> None:
+    """ "Q - Diameter of the cylindrical surface", R its radius: 5 along Y are 5/20 rad of A, and Y stands still."""
+    out = run(WRAPPED.format(radius=radius), dialect="fanuc")
+    assert out.errors == []
+    x, y, angle = (
+        out.path.end[out.path.kind != Kind.EVENT][:, out.axes.lower().index(axis)] for axis in "xya"
+    )
+    assert max(abs(y)) == 0.0
+    assert x[-2:] == pytest.approx([15.0, 0.0])
+    assert angle[-2:] == pytest.approx([0.5, 0.5])
+    middle = complex(15.0, 5.0)
+    ways = [abs(complex(a, 20.0 * b) - middle) for a, b in zip(x, angle, strict=True)]
+    assert [way for a, way in zip(x, ways, strict=True) if a >= 10.0] == pytest.approx(
+        [5.0] * sum(x >= 10.0), abs=1e-9
+    )
+
+
+@pytest.mark.parametrize(
+    ("block", "error"),
+    [
+        ("G107 A0 Y0", ("axis-missing", 4, 1)),
+        ("G107 A0 Y0 R-2.", ("axis-missing", 4, 6)),
+        ("G107 A0 Y0 R20.\nG1 A5. F100", ("rotary-refused", 5, 4)),
+    ],
+)
+def test_faults_of_g107(run: Run, block: str, error: tuple[str, int, int]) -> None:
+    """Without R and Q the radius is setting 34 of the control, which no one knows here."""
+    assert run(f"{HEAD}{block}\nM30", dialect="fanuc").errors[:1] == [error]
+
+
+def test_general_variables_by_their_newer_numbers_are_told(run: Run) -> None:
+    """The table of macro variables: "#10100-#10199, legacy #100-#199"."""
+    out = run(f"{HEAD}#10100=5.\nG0 X#10100\nM30", dialect="fanuc")
+    assert ("other-control", "warning") in [(d.code, d.severity) for d in out.diagnostics]
+
+
+def test_a_rotation_by_a_variable_that_a_probe_would_set_is_none(run: Run, moves: Moves) -> None:
+    """ "If you do not specify the angle of rotation (R), then the control uses the value in Setting 72", 0 unless it is set."""
+    text = f"{HEAD}G65 P9812 X50. S1\nG68 X0 Y0 R[#139]\nG0 X10.\nM30"
+    assert moves(text, dialect="fanuc")[-1][:2] == (10, 0)
+    assert ("rotation-angle", "warning") in [
+        (d.code, d.severity) for d in run(text, dialect="fanuc").diagnostics
+    ]
+    assert run(f"{HEAD}G68 X0 Y0\nM30", dialect="fanuc").errors == [("rotation-angle", 4, 1)]

@@ -545,3 +545,13 @@ def test_a_feed_a_minute_on_a_lathe_that_never_said_its_mode(run: Any, moves: An
         assert moves(text.format(said), dialect="fanuc-lathe")[-1][3] == pytest.approx(feed)
         found = [d.code for d in run(text.format(said), dialect="fanuc-lathe").diagnostics]
         assert found.count("feed-doubtful") == 1
+
+
+@pytest.mark.parametrize("dialect", ["linuxcnc", "fanuc"])
+@pytest.mark.parametrize("line", [":(tool 1)", ": (end)", ":"])
+def test_the_sign_of_a_program_without_its_number_is_passed_over(run: Any, dialect: str, line: str) -> None:
+    """It names no program, and says nothing else; its line was refused."""
+    out = run(f"G21 G90 G0 X5.\n{line}\nX6.\nM30\n", dialect=dialect)
+    assert out.errors == []
+    assert out.path.end[:, 0].tolist()[-1] == 6.0
+    assert [d.severity for d in out.diagnostics if d.code == "other-control"] == ["warning"]

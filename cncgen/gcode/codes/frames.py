@@ -18,6 +18,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Point, Sink
 from cncgen.gcode.state.modal import PLANE_AXES, Stage
+from cncgen.gcode.text.dialects import bare
 from cncgen.records import dataclass, field, replace
 
 _FANUC = ("fanuc",)
@@ -244,6 +245,14 @@ def no_mirror(ip: Interpreter, block: Block) -> None:
     _change(ip, frame)
 
 
+def _has_vacant_angle(ip: Interpreter, block: Block) -> bool:
+    """Tell whether R stands in the text of a block that has none: its parameter is vacant."""
+    if ip.flow is None:
+        return False
+    source = ip.flow.subroutines.sources[block.source]
+    return b"R" in bare(source.data[block.offset : source.line_end(block.offset)])
+
+
 def rotation(ip: Interpreter, block: Block) -> None:
     """G68 X Y R: turn the plane about a point; Mach3 calls X and Y of the point A and B. With I J K it turns space (`tilted_planes`).
 
@@ -251,6 +260,11 @@ def rotation(ip: Interpreter, block: Block) -> None:
     round (SINUMERIK, ISO Milling, table 3-6).
     """
     of_mach3, direction = bool({"a", "b"} & block.words.keys()), {"i", "j", "k"} & block.words.keys()
+    if "r" not in block.words and _has_vacant_angle(ip, block):
+        message = "R of G68 has no value: the angle is taken as 0"
+        hint = "what sets it was passed over, or never was; a control takes its parameter 5410, on Haas's mills setting 72"
+        ip.warn(BlockError("rotation-angle", message, "R", hint=hint), Severity.WARNING)
+        block = replace(block, words={**block.words, "r": 0.0})
     if "r" not in block.words:
         raise BlockError("rotation-angle", "G68 has no angle R", "G68", hint="G68 X0 Y0 R30, in degrees")
     if direction and not of_mach3:

@@ -30,10 +30,25 @@ def use_additional(ip: Interpreter, block: Block) -> None:
     use_system(ip, SYSTEM_COUNT + number)
 
 
+#: Systems of Haas's mills whose codes, G112 and G113, are others on lathes.
+_POLAR_ON_LATHES = (3, 4)
+
+
 def _of_haas(number: int) -> Handler:
     """Return G110 to G129 of Haas's mills, which are G154 P1 to P20."""
 
     def run(ip: Interpreter, block: Block) -> None:
+        if number in _POLAR_ON_LATHES:
+            name = f"G{109 + number}"
+            message = f"{name} is the coordinate system G154 P{number}, as on Haas's mills; on lathes it is polar coordinate interpolation"
+            ip.warn_once(
+                BlockError(
+                    "other-control",
+                    message,
+                    name,
+                    hint="G12.1 and G13.1 are polar coordinate interpolation on mills",
+                )
+            )
         use_system(ip, SYSTEM_COUNT + number)
 
     return run
@@ -220,10 +235,9 @@ CODES = (
         dialects=_FANUC, takes="s", refused=CHANGES_ORIGIN, without="lathes"),
     Code("G", 921, "non-modal", Stage.REFERENCE, preset, "forget the offsets of G92 and G52, of the axes given", AXES, "own",
         dialects=_FANUC, refused=CHANGES_OFFSETS),
-    # G112 and G113 are those of Haas as well; on FANUC's controls they are polar coordinate interpolation.
     *(
         Code("G", 10 * (109 + n), "coordinates", Stage.COORDINATES, _of_haas(n), f"additional system {n} (Haas)", dialects=_FANUC,
-            refused=CHANGES_SYSTEM)
-        for n in (1, 2, *range(5, 21))
+            refused=CHANGES_SYSTEM, without="lathes" * (n in _POLAR_ON_LATHES))
+        for n in range(1, 21)
     ),
 )  # fmt: skip

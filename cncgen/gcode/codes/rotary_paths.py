@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator
 from cncgen.gcode.block import Block
 from cncgen.gcode.budget import MOTION
 from cncgen.gcode.codes.followed_paths import LOOK_DEGREES, FollowedSink, Path
-from cncgen.gcode.codes.table import ROTARY_PATH, Code
+from cncgen.gcode.codes.table import LATHE, ROTARY_PATH, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Point, Sink
@@ -229,20 +229,36 @@ def polar_off(ip: Interpreter, block: Block) -> None:
     _end(ip, "G13.1" if 131 in block.g else "G113")
 
 
-def cylinder(ip: Interpreter, block: Block) -> None:
-    """G7.1 C, G107 C: the surface of a cylinder of that radius, unrolled; a radius of 0 ends it."""
-    name = "G7.1" if 71 in block.g else "G107"
-    letters = [letter for letter in "ac" if letter in block.words]
+def _radius(name: str, words: dict[str, float]) -> tuple[str, float, bool]:
+    """Return the letter of the rotary axis, the radius of the cylinder, and whether Y is the way on it, as Haas's mills have it: G107 A0 Y0
+    R2. (Q: the diameter).
+    """
+    of_haas = name == "G107" and "y" in words
+    letters = [letter for letter in "ac" if letter in words]
     if len(letters) != 1:
         message = f"{name} names the rotary axis, A or C, with the radius of the cylinder"
         raise BlockError("axis-missing", message, name, hint=f"{name} C20. begins it, {name} C0 ends it")
+    if of_haas and words.keys().isdisjoint("rq"):
+        hint = "without them it is setting 34 of the control"
+        raise BlockError("axis-missing", "G107 A Y has no radius R and no diameter Q", name, hint=hint)
     letter = letters[0]
-    radius, rotary = block.words[letter], "abc".index(letter) + 3
+    radius = words.get("r", words.get("q", 0.0) / 2.0) if of_haas else words[letter]
+    if radius < 0.0 or (of_haas and not radius):
+        raise BlockError("axis-missing", f"the radius {radius:g} of {name} is not above 0", letter.upper())
+    return letter, radius, of_haas
+
+
+def cylinder(ip: Interpreter, block: Block) -> None:
+    """G7.1 C, G107 C: the surface of a cylinder of that radius, unrolled; a radius of 0, or G107 alone, ends it."""
+    name = "G7.1" if 71 in block.g else "G107"
+    if name == "G107" and isinstance(ip.sink, RotarySink) and block.words.keys().isdisjoint("acyrq"):
+        _end(ip, name)
+        return
+    letter, radius, of_haas = _radius(name, block.words)
+    rotary = "abc".index(letter) + 3
     if radius == 0.0:
         _end(ip, name)
         return
-    if radius < 0.0:
-        raise BlockError("axis-missing", f"the radius {radius:g} of {name} is negative", letter.upper())
     a_degree = math.radians(radius)
     other, plane = ip.state.position[_Y], ip.state.plane
     # In G18 the plane is that of Z and C, whose order and sense are those of Y and Z the other way round.
@@ -265,6 +281,9 @@ def cylinder(ip: Interpreter, block: Block) -> None:
         if not {170, 180, 190}.difference((10 * plane,)).isdisjoint(block.g):
             message = f"the plane changes under {name}"
             raise BlockError("rotary-refused", message, "", hint=f"choose it before {name}")
+        if of_haas and letter in words:
+            message = f"{letter.upper()} turns the cylinder on which Y is the way"
+            raise BlockError("rotary-refused", message, letter.upper(), hint="end it by G107 before")
         if letter in words:
             words["y"] = words.pop(letter) * a_degree
         if "h" in words and ip.lathe:
@@ -282,16 +301,17 @@ def cylinder(ip: Interpreter, block: Block) -> None:
     ip.rewrite = rewrite
 
 
-CODES = (
-    *(
-        Code("G", number, "rotary path", Stage.COORDINATES, polar_on, "polar coordinate interpolation in X and C (Haas: X and Y)",
-            dialects=("fanuc",), moves="XC")
-        for number in (121, 1120)
-    ),
-    *(Code("G", number, "rotary path", Stage.COORDINATES, polar_off, "end of G12.1", dialects=("fanuc",)) for number in (131, 1130)),
-    *(
-        Code("G", number, "rotary path", Stage.COORDINATES, cylinder, "the unrolled surface of a cylinder of radius C (or A); 0 ends it",
-            "ac", "own", dialects=("fanuc",))
-        for number in (71, 1070)
-    ),
+_POLAR = "polar coordinate interpolation in X and C (Haas: X and Y)"
+_UNROLLED = "the unrolled surface of a cylinder of radius C (or A); 0 ends it"
+#: G112 and G113 are those of lathes: on Haas's mills they are coordinate systems (`offsets_fanuc`).
+CODES = tuple(
+    Code("G", number, "rotary path", Stage.COORDINATES, run, text, words, axes, dialects=dialects, moves=moves)
+    for number, run, text, words, axes, dialects, moves in (
+        (121, polar_on, _POLAR, "", "none", ("fanuc",), "XC"),
+        (1120, polar_on, _POLAR, "", "none", (LATHE,), "XC"),
+        (131, polar_off, "end of G12.1", "", "none", ("fanuc",), ""),
+        (1130, polar_off, "end of G12.1", "", "none", (LATHE,), ""),
+        (71, cylinder, _UNROLLED, "ac", "own", ("fanuc",), ""),
+        (1070, cylinder, f"{_UNROLLED} (Haas: A Y R; alone)", "acyrq", "own", ("fanuc",), ""),
+    )
 )  # fmt: skip

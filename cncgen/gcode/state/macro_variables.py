@@ -34,6 +34,8 @@ _TIMER = 3001
 _OF_THE_CONTROL = (range(1000, 2001), range(2401, 5001))
 #: Radii of tools on some controls, and origins on others, by older numbers.
 _OLD_DATA = range(2401, 2901)
+#: General variables of Haas's newer controls: #10100 is #100 there, #10500 #500.
+_OF_HAAS = (range(10100, 10200), range(10500, 11000))
 _CYCLE_CODES = 100
 
 
@@ -182,6 +184,11 @@ def store(ip: Interpreter, index: int, value: float) -> None:
     Raises:
         BlockError: Where it can only be read, or its tool is not in the tool table.
     """
+    if any(index in numbers for numbers in _OF_HAAS):
+        message = (
+            f"#{index} is another variable than #{index - 10_000} here; on Haas's newer controls they are one"
+        )
+        ip.warn_once(BlockError("other-control", message, "#", hint=f"write #{index - 10_000} alone"))
     datum = _tool_datum(index)
     if datum is not None:
         _set_tool(ip, *datum, value)

@@ -360,13 +360,14 @@ WORDS_OF_SIEMENS = (
 )
 #: Lines that are no blocks, and passed over: commands to grbl (``$H``, ``$110=500``, those of one character), to the simulators of
 #: CNCSimulator (``$AddRegPart 1 X0``, ``$Mill``) and Denford,
-#: messages of Eding CNC, and of Marlin to the operator. The place of each is its group ``word``.
+#: messages of Eding CNC, and of Marlin to the operator, the sign of a program without its number. The place of each is its group ``word``.
 TO_GRBL = rb"^[ \t]*(?P<word>\$(?:[$#GINCHX][ \t]*(?:;|\r?$)|\d+[ \t]*=)|[?~!][ \t]*(?:;|\r?$))"
 TO_SIMULATOR = rb"^[ \t]*(?P<word>\$(?!SLP|RST|JOG|HOM|BYE)[A-Z]{3,})(?![A-Z/=])"
 TO_DENFORD = rb"^[ \t]*(?P<word>\[(?:BILLET|EDGEMOVE|TOOLDEF|STEP|CLEAR)\b)"
 OF_EDING = rb"^[ \t]*(?P<word>(?:WARN|LOG)?MSG[ \t]+\"[^\"\n]*\"[ \t]*(?:;|\r?$))"
 OF_MARLIN = _AT + rb"(?P<word>M11[78])[ \t][^;(\n]*[A-Z][A-Z]"
-PASSED = (TO_GRBL, TO_SIMULATOR, TO_DENFORD, OF_EDING, OF_MARLIN)
+WITHOUT_NUMBER = rb"^[ \t]*(?P<word>:)[ \t]*(?:[(;]|\r?$)"
+PASSED = (TO_GRBL, TO_SIMULATOR, TO_DENFORD, OF_EDING, OF_MARLIN, WITHOUT_NUMBER)
 #: Units, by the tens of their codes; a length and a feed (`cncgen.gcode.assumed_units`).
 UNITS = {tens: rb"[Gg][ \t]*0*%d[ \t]*[01](?![\d.])" % tens for tens in (2, 7)}
 LENGTH = rb"[XYZxyz](?<![A-Za-z#<].)[ \t]*[-+]?(?P<number>" + _NUMBER + rb")"
