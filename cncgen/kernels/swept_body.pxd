@@ -75,6 +75,10 @@ cdef class SweptBody:
     ) noexcept nogil
     cdef void _disc(self, double x, double y) noexcept nogil
     cdef void _clear(self, double w) noexcept nogil
+    cdef inline bint _over_ball(self, double x, double y) noexcept nogil
+    cdef inline bint _over_disc(self, double x, double y) noexcept nogil
+    cdef void _over_tool(self, double x, double y) noexcept nogil
+    cdef double _steep(self, double rho) noexcept nogil
     cdef void place(self, double u, double v) noexcept nogil
     cdef void tangent(self, double w) noexcept nogil
     cdef bint beyond(self, double w, double a, double b, double half, double side) noexcept nogil

@@ -106,70 +106,102 @@ class SweptBody:
         self.known = w
         x: cython.double = self.x + w * self.xw
         y: cython.double = self.y + w * self.yw
-        m: cython.double = self.rise
-        gx: cython.double = 0.0
-        gy: cython.double = 0.0
+        found: cython.bint = (self.ball and self._over_ball(x, y)) or (
+            self.flat >= self.radius and self._over_disc(x, y)
+        )
+        if not found:
+            self._over_tool(x, y)
+        self.over -= self.z + w * self.zw
+        self.change = self.gx * self.xw + self.gy * self.yw - self.zw
+
+    @cython.cfunc
+    @cython.inline
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _over_ball(self, x: cython.double, y: cython.double) -> cython.bint:
+        """Find the envelope of a ball at a place, and how it changes; return False where the ball is upright."""
+        least: cython.double = _UPRIGHT * self.radius * self.radius
         rho: cython.double = self.radius * self.radius - y * y
-        if self.ball and rho > _UPRIGHT * self.radius * self.radius:
-            # The ball touches where it is as steep as its way, or at an end of that.
-            over = sqrt(rho)
+        if rho <= least:
+            return False
+        # The ball touches where it is as steep as its way, or at an end of that.
+        over = sqrt(rho)
+        s = x - self.rise * over * self.cosine
+        if 0.0 <= s <= self.length:
             steep = over / self.cosine
-            s = x - m * over * self.cosine
-            if s < 0.0 or s > self.length:
-                s = 0.0 if s < 0.0 else self.length
-                rho -= (x - s) * (x - s)
-                steep = 0.0
-            if steep > 0.0:
-                self.over = self.base + m * x + self.radius - steep - (self.z + w * self.zw)
-                self.gx, self.gy = m, y * steep / (over * over)
-                self.change = self.gx * self.xw + self.gy * self.yw - self.zw
-                return
-            if rho > _UPRIGHT * self.radius * self.radius:
-                over = sqrt(rho)
-                self.over = self.base + m * s + self.radius - over - (self.z + w * self.zw)
-                self.gx, self.gy = (x - s) / over, y / over
-                self.change = self.gx * self.xw + self.gy * self.yw - self.zw
-                return
-            rho = self.radius * self.radius - y * y
-        if self.flat >= self.radius and rho > 0.0:
-            # A flat disc touches with its rear or front, at its rim where it is upright.
-            rho = sqrt(rho)
-            s = x - rho if m > 0.0 else (x + rho if m < 0.0 else x)
-            if (s > 0.0 or x >= 0.0 or m >= 0.0) and (s < self.length or x <= self.length or m <= 0.0):
-                if m != 0.0 and 0.0 < s < self.length:
-                    gx = m
-                    gy = fabs(m) * y / (rho if rho > 1e-9 else 1e-9)
-                s = 0.0 if s < 0.0 else (self.length if s > self.length else s)
-                self.over = self.base + m * s - (self.z + w * self.zw)
-                self.gx, self.gy = gx, gy
-                self.change = gx * self.xw + gy * self.yw - self.zw
-                return
+            self.over = self.base + self.rise * x + self.radius - steep
+            self.gx, self.gy = self.rise, y * steep / (over * over)
+            return True
+        s = 0.0 if s < 0.0 else (self.length if s > self.length else s)
+        rho -= (x - s) * (x - s)
+        if rho <= least:
+            return False
+        over = sqrt(rho)
+        self.over = self.base + self.rise * s + self.radius - over
+        self.gx, self.gy = (x - s) / over, y / over
+        return True
+
+    @cython.cfunc
+    @cython.inline
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _over_disc(self, x: cython.double, y: cython.double) -> cython.bint:
+        """Find the envelope of a flat disc, which touches with its rear or front, at its rim where it is upright; return False beyond."""
+        m: cython.double = self.rise
+        rho: cython.double = self.radius * self.radius - y * y
+        if rho <= 0.0:
+            return False
+        rho = sqrt(rho)
+        s = x - rho if m > 0.0 else (x + rho if m < 0.0 else x)
+        behind: cython.bint = s <= 0.0 and x < 0.0 and m < 0.0
+        before: cython.bint = s >= self.length and x > self.length and m > 0.0
+        if behind or before:
+            return False
+        self.gx = self.gy = 0.0
+        if m != 0.0 and 0.0 < s < self.length:
+            self.gx = m
+            self.gy = fabs(m) * y / (rho if rho > 1e-9 else 1e-9)
+        s = 0.0 if s < 0.0 else (self.length if s > self.length else s)
+        self.over = self.base + m * s
+        return True
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _over_tool(self, x: cython.double, y: cython.double) -> cython.void:
+        """Find the envelope of any tool by the place of the way that touches, and how it changes."""
+        m: cython.double = self.rise
         s = lowest_at(x, fabs(y), self.length, m, self.radius, self.flat, self.edge, self.slope)
         rho = sqrt(y * y + (x - s) * (x - s))
         rho = self.radius if rho > self.radius else rho
-        self.over = self.base + m * s + lift(rho, self.flat, self.edge, self.slope) - (self.z + w * self.zw)
+        self.over = self.base + m * s + lift(rho, self.flat, self.edge, self.slope)
+        self.gx = self.gy = 0.0
         if m != 0.0 and 0.0 < s < self.length:
             # The tool touches ahead of or behind the foot, where it rises as its way does; at its rim it is upright.
             over = fabs(x - s)
-            gx = m
-            gy = fabs(m) * y / (over if over > 1e-9 else 1e-9)
+            self.gx = m
+            self.gy = fabs(m) * y / (over if over > 1e-9 else 1e-9)
         elif rho > 0.0:
-            over = rho - self.flat
-            if over <= 0.0:
-                steep = 0.0
-            elif self.edge > 0.0:
-                over = over if over < self.edge * (1.0 - 1e-12) else self.edge * (1.0 - 1e-12)
-                steep = over / sqrt(self.edge * self.edge - over * over)
-            else:
-                steep = self.slope
+            steep = self._steep(rho)
             # Beyond the upper end of the way the tool's rim is as steep as the way.
             over = (x - s if s > 0.0 else 0.0) if m > 0.0 else (-x if s <= 0.0 else 0.0)
             if over > 0.0 and steep * over < fabs(m) * rho:
                 steep = fabs(m) * rho / (over if over > 1e-9 else 1e-9)
-            gx = steep * (x - s) / rho
-            gy = steep * y / rho
-        self.gx, self.gy = gx, gy
-        self.change = gx * self.xw + gy * self.yw - self.zw
+            self.gx = steep * (x - s) / rho
+            self.gy = steep * y / rho
+
+    @cython.cfunc
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _steep(self, rho: cython.double) -> cython.double:
+        """Return how steep the tool's underside is at a distance from its axis: 0 below its flat, along its edge or cone."""
+        over: cython.double = rho - self.flat
+        if over <= 0.0:
+            return 0.0
+        if self.edge > 0.0:
+            over = over if over < self.edge * (1.0 - 1e-12) else self.edge * (1.0 - 1e-12)
+            return over / sqrt(self.edge * self.edge - over * over)
+        return self.slope
 
     @cython.cfunc
     @cython.nogil
