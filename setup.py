@@ -38,7 +38,7 @@ READING = {
         tuple(f"cncgen.kernels.gcode_{name}" for name in ("scan", "lines", "parse", "rows", "run", "store")),
         "-O2",
     ),
-    **dict.fromkeys(("cncgen.kernels.gcode_words", "cncgen.kernels.gcode_motion"), "-O3"),
+    **dict.fromkeys(tuple(f"cncgen.kernels.gcode_{name}" for name in ("words", "motion", "frames")), "-O3"),
 }
 KERNELS = sorted(p for p in Path("cncgen/kernels").glob("*.py") if p.name != "__init__.py")
 

@@ -58,7 +58,7 @@ OF_LANGUAGES = _counted(
 #: Numbers by themselves.
 #: MAX_LINE: the longest line (`source.MAX_LINE`).
 #: DELETED, NUMBERED, REFUSED, COMPUTED_LABEL: marks of a line, beside its code. SAYS: of a language, that it has instructions; from LETTERS
-#: on stand the letters of its words.
+#: on stand the letters of its words, or the keyword of an O-word, jump or loop.
 #: COMPUTED: bit of `gcode_names.named`, behind those of A to Z: a G or M number is computed.
 #: CODE_NUMBERS: codes that it tells apart, in tenths: those of G, then those of M.
 #: ARGUMENTS: of its `calls`: the words beside the program's number are arguments and name no axis.

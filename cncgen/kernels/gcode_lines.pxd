@@ -1,5 +1,6 @@
 # What other kernels use as C of `gcode_lines`.
 
+from cncgen.kernels.decimals cimport Numbers
 from cncgen.kernels.grammar_tables cimport Tables
 
 
@@ -12,6 +13,7 @@ cdef class Code(Tables):
     cdef Py_ssize_t[::1] begins
     cdef Py_ssize_t[::1] ends
     cdef int[::1] codes
+    cdef Numbers tokens
     cdef public int used
     cdef public int numbers
     cdef int base
@@ -32,8 +34,6 @@ cdef class Code(Tables):
     cdef void emit(self, int operation, int operand) noexcept
     cdef int push(self, double value) noexcept
     cdef void negate(self, int k) noexcept
-    cpdef Py_ssize_t behind(self, Py_ssize_t at) noexcept
-    cpdef int keyword(self, Py_ssize_t at) noexcept
     cpdef object label(self, Py_ssize_t at, Py_ssize_t constants)
     cdef int small(self, Py_ssize_t at) noexcept
     cdef double number(self, Py_ssize_t at, Py_ssize_t end) noexcept

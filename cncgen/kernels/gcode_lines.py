@@ -10,10 +10,10 @@ that followed the last one's before, and others are found by a sum over their sh
 from mmap import mmap
 
 import cython
-from cython.cimports.cncgen.kernels.decimals import decimal, is_blank
+from cython.cimports.cncgen.kernels.decimals import Numbers, is_blank
 from cython.cimports.cncgen.kernels.gcode_codes import (
-    AFTER, AT, CODE, COMMENT, COMPUTED_LABEL, END, FIRST_CONSTANT, FLOW, FOLLOWING, GOTO, LETTERS, MARK, MARKS, MAX_LINE, MESSAGE, NAME,
-    NEGATIVE, NUMBER, NUMBER_OF_LINE, OUTPUT, O_CALL, O_RETURN, REFUSED, ROW, SAYS,
+    AFTER, AT, CODE, COMPUTED_LABEL, END, FIRST_CONSTANT, FOLLOWING, GOTO, LETTERS, MARK, MARKS, MAX_LINE, NAME,
+    NEGATIVE, NUMBER, NUMBER_OF_LINE, O_CALL, O_RETURN, REFUSED, ROW, SAYS,
     SHAPE_CODE, SHAPE_DIGIT, SHAPE_DOTTED, SHAPE_LENGTH, SHAPE_LINE_END, SHAPE_MARKS, SHAPE_NEXT, SHAPE_PLACE, SHAPE_POINT_FIRST,
     SHAPE_ROW, SHAPE_SUM, SHAPE_UNKNOWN, SHAPE_WHOLE,
 )  # fmt: skip
@@ -57,41 +57,6 @@ def _fill_tables() -> cython.void:
 _fill_tables()
 
 _NAN = cython.declare(cython.double, float("nan"))
-#: A number, NaN where it is not certain; the offset behind it, and how many of its digits are decimals, -1 without a point.
-_Number = cython.struct(value=cython.double, after=cython.Py_ssize_t, decimals=cython.int)
-
-
-@cython.cfunc
-@cython.inline
-@cython.exceptval(check=False)
-def _number(
-    text: cython.const[cython.uchar][::1],
-    at: cython.Py_ssize_t,
-    end: cython.Py_ssize_t,
-    comma: cython.int,
-    blanks: cython.bint,
-) -> _Number:
-    """Read the number without a sign at `at`: digits with at most one point, or `comma` for it, and `blanks` or none."""
-    mantissa: cython.ulonglong = 0
-    digits: cython.int = 0
-    #: How many digits stand before the point, -1 without one.
-    whole: cython.int = -1
-    decimals: cython.int
-    c: cython.int
-    while at < end:
-        c = text[at]
-        if 48 <= c <= 57:
-            mantissa = mantissa * 10 + cython.cast(cython.ulonglong, c - 48)
-            digits += 1
-        elif (c == 46 or c == comma) and whole < 0:
-            whole = digits
-        elif not (blanks and is_blank(c)):
-            break
-        at += 1
-    decimals = digits - whole if whole >= 0 else -1
-    return _Number(
-        value=decimal(mantissa, digits, decimals if decimals > 0 else 0), after=at, decimals=decimals
-    )
 
 
 def zeros(size):
@@ -127,6 +92,7 @@ class Code(Tables):
         shaped: Whether lines of one shape have one code.
         fixed: Letters behind which digits are of the shape, beside #.
         comma: Whether a comma is a decimal sign.
+        tokens: Reads the numbers of tokens.
         remarks: Whether a semicolon begins a comment that says nothing, unless it has a ~.
         alike: Whether the code of the line read last is that of its shape, where it was set before.
         made: The work of each rule.
@@ -146,6 +112,7 @@ class Code(Tables):
         self.used = self.numbers = self.base = self.lines = self.flags = 0
         self.begin = self.number_begin = self.number_end = 0
         self.error = -1
+        self.tokens = Numbers(b"", True, True)
         self.shaped = self.alike = self.comma = self.remarks = False
         self.fixed = b""
 
@@ -222,24 +189,6 @@ class Code(Tables):
             self.emit(NEGATIVE, 0)
 
     @cython.ccall
-    @cython.exceptval(check=False)
-    def behind(self, at: cython.Py_ssize_t) -> cython.Py_ssize_t:
-        """Return where the instruction behind one stands; a number that belongs to it may follow it (`gcode_parse`)."""
-        operation: cython.int = self.code[at] & 255
-        more: cython.bint = (
-            operation == COMMENT or operation == MESSAGE or operation == OUTPUT or operation == FLOW
-        )
-        return at + 1 + more
-
-    @cython.ccall
-    @cython.exceptval(check=False)
-    def keyword(self, at: cython.Py_ssize_t) -> cython.int:
-        """Return the keyword of the line whose code begins at `at`, 0 without one."""
-        while self.code[at] != 0 and self.code[at] & 255 != FLOW:
-            at = self.behind(at)
-        return self.code[at] >> 8
-
-    @cython.ccall
     def label(self, at: cython.Py_ssize_t, constants: cython.Py_ssize_t):
         """Return the written label of an O-word, a name or a number, which its first instruction pushes.
 
@@ -260,14 +209,13 @@ class Code(Tables):
     def number(self, at: cython.Py_ssize_t, end: cython.Py_ssize_t) -> cython.double:
         """Return the number of a token: signs, digits with at most one point or comma, blanks; NaN where it is not certain."""
         negative: cython.bint = False
-        number: _Number
         while at < end and (is_blank(self.text[at]) or self.text[at] == 43 or self.text[at] == 45):
             negative = negative or self.text[at] == 45
             at += 1
-        number = _number(self.text, at, end, 44, True)
-        if number.after < end:
+        self.tokens.text = self.text
+        if self.tokens.read(at, end) < end:
             return _NAN
-        return -number.value if negative else number.value
+        return -self.tokens.value if negative else self.tokens.value
 
     @cython.cfunc
     @cython.exceptval(-1, check=False)
@@ -305,7 +253,7 @@ class Shapes:
 
     text: cython.const[cython.uchar][::1]
     fixed = cython.declare(cython.uchar[256])
-    comma = cython.declare(cython.int)
+    numbers = cython.declare(Numbers)
     remarks = cython.declare(cython.bint)
     form = cython.declare(cython.int)
     shape = cython.declare(cython.uchar[256])
@@ -325,7 +273,7 @@ class Shapes:
             self.shape, self.value, self.fixed = bytearray(256), [0.0] * 256, bytearray(256)
         for k in range(256):
             self.fixed[k] = k == 35 or k in fixed
-        self.comma = 44 if comma else 46
+        self.numbers = Numbers(text, comma, False)
         self.remarks = remarks
         self.store = bytearray(_STORE)
         self.table = memoryview(bytearray(8 * SHAPE_ROW * _SHAPES)).cast("q", [_SHAPES, SHAPE_ROW])
@@ -352,28 +300,36 @@ class Shapes:
         size: cython.Py_ssize_t = min(end, at + _LONGEST)
         length: cython.Py_ssize_t = self.table[row, SHAPE_LENGTH]
         count: cython.Py_ssize_t = 0
-        last: cython.int = 0
         wanted: cython.int
-        for k in range(length):
-            wanted = self.store[place + k]
-            if at == size:
-                return -1
+        # No symbol is shorter than a byte, so that what is left need not be asked of at each.
+        if size - at < length:
+            return -1
+        for k in range(place, place + length):
+            wanted = self.store[k]
             if wanted > SHAPE_POINT_FIRST:
                 if _PLAIN[self.text[at]] != wanted:
                     return -1
                 at += 1
             else:
                 at = self._number(at, size, count)
-                if self.form != wanted:
+                if self.form != wanted or size - at < place + length - k - 1:
                     return -1
-                count += last != 110 and last != 0
-            if wanted != _BLANK:
-                last = wanted
+                count += self._is_pushed(place, k)
         if at < end and self.text[at] != 10:
             at = self._remark(at)
         if at >= 0:
             self.count, self.row = count, row
         return at
+
+    @cython.cfunc
+    @cython.inline
+    @cython.exceptval(check=False)
+    def _is_pushed(self, place: cython.Py_ssize_t, k: cython.Py_ssize_t) -> cython.bint:
+        """Tell whether the number at `k` of the shape that is kept from `place` on is pushed: not that of the line, with N or without."""
+        k -= 1
+        while k >= place and self.store[k] == _BLANK:
+            k -= 1
+        return k >= place and self.store[k] != 110
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -445,14 +401,16 @@ class Shapes:
 
         `form` is 0 where it is not certain.
         """
-        number: _Number = _number(self.text, at, size, self.comma, False)
-        self.form = SHAPE_POINT_FIRST if self.text[at] == 46 else SHAPE_WHOLE
-        if number.decimals >= 0 and self.form == SHAPE_WHOLE:
-            self.form = SHAPE_DOTTED
-        if number.value != number.value or (number.after < size and self.text[number.after] == 46):
+        after: cython.Py_ssize_t = self.numbers.read(at, size)
+        value: cython.double = self.numbers.value
+        self.value[count] = value
+        if value != value or (after < size and self.text[after] == 46):
             self.form = 0
-        self.value[count] = number.value
-        return number.after
+        elif self.text[at] == 46:
+            self.form = SHAPE_POINT_FIRST
+        else:
+            self.form = SHAPE_WHOLE if self.numbers.decimals < 0 else SHAPE_DOTTED
+        return after
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -609,7 +567,7 @@ class Lines:
             if self.rows[0, MARKS] & REFUSED:
                 found.append((begin, line, 0, None, at))
                 continue
-            keyword = self.code.keyword(self.rows[0, CODE])
+            keyword = self.rows[0, MARKS] >> LETTERS
             if keyword and keyword != O_CALL and keyword != O_RETURN and keyword != GOTO:
                 written = keyword <= O_CALL and not self.rows[0, MARKS] & COMPUTED_LABEL
                 label = self.code.label(self.rows[0, CODE], 0) if written else None

@@ -4,7 +4,7 @@ N words of its lines, which jumps lead to."""
 
 import cython
 from cython.cimports.cncgen.kernels.gcode_codes import (
-    ARGUMENTS, CODE_NUMBERS, COMPUTED, FLOW, NAME, NUMBER, NUMBERED, O_CALL, WORD,
+    ARGUMENTS, CODE_NUMBERS, COMMENT, COMPUTED, FLOW, MESSAGE, NAME, NUMBER, NUMBERED, OUTPUT, O_CALL, WORD,
 )  # fmt: skip
 from cython.cimports.cncgen.kernels.gcode_lines import Code
 
@@ -97,8 +97,19 @@ def _words_named(
         elif operation == FLOW and operand == O_CALL:
             call = 1
         literal = operation == NUMBER
-        at = reader.behind(at)
+        at = _behind(reader, at)
     return bits | call << 32
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _behind(reader: Code, at: cython.Py_ssize_t) -> cython.Py_ssize_t:
+    """Return where the instruction behind one stands; a number that belongs to it may follow it (`gcode_parse`)."""
+    operation: cython.int = reader.code[at] & 255
+    more: cython.bint = (
+        operation == COMMENT or operation == MESSAGE or operation == OUTPUT or operation == FLOW
+    )
+    return at + 1 + more
 
 
 @cython.cfunc
@@ -123,7 +134,7 @@ def _program_called(reader: Code, letter: cython.int, programs: set) -> cython.i
     while reader.code[at] != 0:
         if reader.code[at] == WORD + 256 * letter and at > 0 and reader.code[at - 1] & 255 == NUMBER:
             programs.add(reader.constants[reader.code[at - 1] >> 8])
-        at = reader.behind(at)
+        at = _behind(reader, at)
     return 0
 
 

@@ -19,6 +19,7 @@ An instruction is one number, ``operation + 256 * operand``. FLOW is followed by
 import cython
 from cython.cimports.cncgen.kernels.gcode_codes import (
     ARC_TANGENT, BINARY, COMMENT, COMPUTED_LABEL, DELETED, END_DO, EXISTS, EXISTS_NAMED, FLOW, FUNCTION, GOTO, INCREMENTS,
+    LETTERS,
     MESSAGE, NAME, NAMED, NUMBER, NUMBERED, OUTPUT, PARAMETER, POWER, PROGRAM, RULE_ARC_TANGENT,
     RULE_BINARY, RULE_BRACKET, RULE_BSPLINE, RULE_COMMENT, RULE_COMPUTED_LABEL, RULE_END_DO, RULE_EXISTS, RULE_FUNCTION, RULE_GOTO,
     RULE_IF_GOTO, RULE_MESSAGE, RULE_NAME, RULE_NAMED_LABEL, RULE_NEGATIVE, RULE_NUMBER, RULE_NUMBERED_LABEL, RULE_OUTPUT,
@@ -185,6 +186,7 @@ class Parser(Code):
     @cython.exceptval(check=False)
     def _flow(self, keyword: cython.int) -> cython.void:
         """Write a jump, loop or call with the values in brackets beside its label (or the line, or the number of the loop)."""
+        self.flags |= keyword << LETTERS
         self.emit(FLOW, keyword)
         self._emit_number(self.brackets)
 

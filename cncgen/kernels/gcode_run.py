@@ -49,6 +49,7 @@ _CALL_UNITS = cython.declare(cython.int, 12)
 _BRANCHES = cython.declare(cython.uint, bits_of(LOOKS["if"][1]))
 #: Lines that are not run here.
 _LEFT_OUT = cython.declare(cython.int, DELETED | REFUSED)
+_NAN = cython.declare(cython.double, float("nan"))
 #: Kinds of lines: uncertain, a block or settings; else the number of its keyword.
 _UNCERTAIN = cython.declare(cython.int, -1)
 _PLAIN = cython.declare(cython.int, 0)
@@ -117,7 +118,6 @@ class Computer:
     since = cython.declare(cython.Py_ssize_t, visibility="public")
     ran = cython.declare(cython.Py_ssize_t, visibility="public")
     ran_line = cython.declare(cython.longlong, visibility="public")
-    parameters = cython.declare(object)
     frames = cython.declare(list)
     outermost = cython.declare(object)
     deepest = cython.declare(cython.Py_ssize_t)
@@ -153,17 +153,21 @@ class Computer:
         self.reached = self.reached_line = self.since = 0
         self.line = 1
 
-    def follow(self, find, parameters, outermost, deepest, source):
+    @property
+    def local(self):
+        """The named parameters of the call in progress."""
+        return self.store.local
+
+    def follow(self, find, outermost, deepest, source):
         """Follow O-words from now on.
 
         Args:
             find: Returns the marks of the text (`gcode_marks.Marks`), which the first O-word asks for.
-            parameters: The parameters; `local` are the named ones of the call in progress.
             outermost: The record of the main program below the calls in progress.
             deepest: How many calls may be in progress.
             source: Number of the text.
         """
-        self.find, self.parameters, self.outermost = find, parameters, outermost
+        self.find, self.outermost = find, outermost
         self.deepest, self.source = deepest, source
 
     def run(
@@ -220,6 +224,8 @@ class Computer:
                 self._reach(offset, line)
             if self.back is not None:
                 break
+        if self.store.returned:
+            self.store.settle()
         self.since += self.lines
         self.line = line
         return offset
@@ -589,9 +595,11 @@ class Computer:
         frame.row = r
         frame.keep(self.numbers, _LOCALS)
         self.frames.append(frame)
-        for k in range(_LOCALS):
-            self.numbers[k + 1] = self.stack[self.depth + k] if k < self.arguments else 0.0
-        self.parameters.local = self.store.local = {}
+        for k in range(self.arguments):
+            self.numbers[k + 1] = self.stack[self.depth + k]
+        for k in range(self.arguments, _LOCALS):
+            self.numbers[k + 1] = 0.0
+        self.store.local = {}
         self.units += _CALL_UNITS
         self._go_to(m, False)
         return True
@@ -599,7 +607,6 @@ class Computer:
     @cython.cfunc
     def _leave(self, label, anywhere: cython.bint) -> cython.bint:
         """End the innermost call, where nothing but its caller's parameters is to be put back."""
-        given: cython.bint = self.arguments > 0
         if not self.frames:
             return False
         frame: Frame = self.frames[len(self.frames) - 1]
@@ -609,9 +616,8 @@ class Computer:
             return False
         self.frames.pop()
         frame.put_back(self.numbers)
-        self.parameters.local = self.store.local = frame.named
-        self.store.named["_value"] = self.stack[self.depth] if given else 0.0
-        self.store.named["_value_returned"] = 1.0 if given else 0.0
+        self.store.local = frame.named
+        self.store.returned, self.store.result = True, self.stack[self.depth] if self.arguments > 0 else _NAN
         if frame.source != self.source:
             self.away = frame.back
         elif 0 <= frame.row < self.rows.used and self.kept[frame.row, AFTER] == frame.offset:

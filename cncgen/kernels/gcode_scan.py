@@ -8,7 +8,7 @@ blocks hold.
 """
 
 import cython
-from cython.cimports.cncgen.kernels.decimals import decimal
+from cython.cimports.cncgen.kernels.decimals import Numbers
 
 #: The terminals of the grammars that are read here, as they stand there: where one changes, no tables are made until this does too.
 TERMINALS = {
@@ -71,9 +71,6 @@ def _fill_tables() -> cython.void:
 
 _fill_tables()
 
-#: A number and the offset after it; -1 without one, or where it has too many digits to be certain.
-_Number = cython.struct(value=cython.double, after=cython.Py_ssize_t)
-
 #: The offset after a comment, -1 where it does not close in its line or holds another; and whether it does something.
 _Remark = cython.struct(after=cython.Py_ssize_t, active=cython.bint)
 
@@ -96,45 +93,11 @@ def _line_end(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t) -> cy
 @cython.inline
 @cython.nogil
 @cython.exceptval(check=False)
-def _number(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t, signed: cython.bint) -> _Number:
-    """Read the number at i: a sign where `signed`, digits with at most one point, blanks anywhere."""
-    length: cython.Py_ssize_t = text.shape[0]
-    mantissa: cython.ulonglong = 0
-    digits: cython.int = 0
-    #: How many digits stand before the point, -1 without one.
-    whole: cython.int = -1
-    negative: cython.bint = False
-    c: cython.int
-    while i < length and (text[i] == 32 or text[i] == 9):
-        i += 1
-    if signed and i < length and (text[i] == 43 or text[i] == 45):
-        negative = text[i] == 45
-        i += 1
-    while i < length:
-        c = text[i]
-        if 48 <= c <= 57:
-            mantissa = mantissa * 10 + cython.cast(cython.ulonglong, c - 48)
-            digits += 1
-        elif c == 46 and whole < 0:
-            whole = digits
-        elif c != 32 and c != 9:
-            break
-        i += 1
-    value = decimal(mantissa, digits, digits - whole if whole >= 0 else 0)
-    if value != value:
-        return _Number(value=0.0, after=-1)
-    return _Number(value=-value if negative else value, after=i)
-
-
-@cython.cfunc
-@cython.inline
-@cython.nogil
-@cython.exceptval(check=False)
-def _digit_first(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t) -> cython.bint:
-    """Tell whether a digit stands at i, behind blanks."""
+def _past_blanks(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t) -> cython.Py_ssize_t:
+    """Return the offset after blanks."""
     while i < text.shape[0] and (text[i] == 32 or text[i] == 9):
         i += 1
-    return i < text.shape[0] and 48 <= text[i] <= 57
+    return i
 
 
 @cython.cfunc
@@ -202,10 +165,10 @@ def _remark(text: cython.const[cython.uchar][::1], i: cython.Py_ssize_t) -> _Rem
 
 @cython.cfunc
 @cython.inline
-@cython.nogil
 @cython.exceptval(check=False)
 def _line(
     text: cython.const[cython.uchar][::1],
+    numbers: Numbers,
     i: cython.Py_ssize_t,
     first: cython.Py_ssize_t,
     letters: cython.uchar[::1],
@@ -214,24 +177,26 @@ def _line(
     """Read the line at i, its words into the columns from `first` on."""
     words: cython.Py_ssize_t = first
     flags: cython.int = 0
-    number: _Number
     remark: _Remark
+    value: cython.double
     while True:
         kind = _KIND[text[i]] if i < text.shape[0] else _LINE_END
-        if kind == _BLANK:
-            i += 1
-        elif kind == _WORD:
-            number = _number(text, i + 1, True)
-            if number.after < 0:
-                break
+        if kind == _WORD:
             if words >= letters.shape[0]:
                 return _Line(end=i, words=words, flags=flags, why=_FULL)
             letters[words] = text[i] | 32
-            values[words] = number.value
+            i = _past_blanks(text, i + 1)
+            sign = text[i] if i < text.shape[0] else 0
+            i = numbers.read(i + (sign == 43 or sign == 45), text.shape[0])
+            value = numbers.value
+            if value != value:
+                break
+            values[words] = -value if sign == 45 else value
             words += 1
-            i = number.after
         elif kind == _LINE_END:
             return _Line(end=i, words=words, flags=flags, why=0)
+        elif kind == _BLANK:
+            i += 1
         elif kind == _PARENTHESIS:
             remark = _remark(text, i + 1)
             if remark.after < 0:
@@ -245,12 +210,14 @@ def _line(
             flags = _SLASH
             i += 1
         elif kind == _LINE_NUMBER and words == first and not flags & ~_SLASH:
-            number = _number(text, i + 1, False)
             # A line number begins with a digit: N.5 is none.
-            if number.after < 0 or not _digit_first(text, i + 1):
+            i = _past_blanks(text, i + 1)
+            if i == text.shape[0] or not 48 <= text[i] <= 57:
+                break
+            i = numbers.read(i, text.shape[0])
+            if numbers.value != numbers.value:
                 break
             flags |= _NUMBERED
-            i = number.after
         else:
             break
     return _Line(end=i, words=words, flags=flags, why=_OTHER)
@@ -284,11 +251,12 @@ def scan(
     blocks: cython.Py_ssize_t = 0
     words: cython.Py_ssize_t = 0
     i: cython.Py_ssize_t = offset
+    numbers: Numbers = Numbers(text, False, True)
     found: _Line
     while i < text.shape[0]:
         if blocks >= block_line.shape[0]:
             return blocks, words, i, line, FULL
-        found = _line(text, i, words, letters, values)
+        found = _line(text, numbers, i, words, letters, values)
         if found.why == _FULL and blocks > 0:
             return blocks, words, i, line, FULL
         if found.why != 0:

@@ -14,10 +14,13 @@ cdef class Store:
     cdef public int calls
     cdef int settings
     cdef double found
+    cdef bint returned
+    cdef double result
     cdef int index(self, double value) noexcept
     cdef bint set(self, int k, double value) noexcept
     cdef int _sort(self, int k) except -1
     cdef bint has(self, int k) except -1
     cdef bint set_variable(self, int k, double value) except -1
     cdef int end(self) except -1
+    cdef int settle(self) except -1
     cdef int undo(self) except -1

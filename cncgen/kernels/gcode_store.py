@@ -28,6 +28,8 @@ class Store:
         found: The value that `has` has found.
         ways: Where jumps lead, by what tells them apart (`gcode_run`, `gcode_rows`).
         calls: How many calls are in progress that the store follows, as those of languages.
+        returned: Whether a subroutine has returned to here, and `result`, the value that it gave, NaN for none: `settle` puts that
+            into the parameters that tell of it.
     """
 
     def __init__(self, numbers, named: dict, reserved: frozenset, storage: int):
@@ -37,6 +39,7 @@ class Store:
         self.target = memoryview(bytearray(8 * _MOST_SETTINGS)).cast("q")
         self.value = memoryview(bytearray(8 * _MOST_SETTINGS)).cast("d")
         self.ways, self.settings, self.calls = {}, 0, 0
+        self.returned, self.result = False, 0.0
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -73,6 +76,8 @@ class Store:
 
         Parameters that tell the machine's state are not stored, so they are not found.
         """
+        if self.returned:
+            self.settle()
         value = (self.named if self._sort(k) else self.local).get(self.names[k])
         if value is None:
             return False
@@ -91,12 +96,24 @@ class Store:
         """Do the settings of a line."""
         k: cython.int
         name: cython.longlong
+        if self.returned:
+            self.settle()
         for k in range(self.settings):
             name = -1 - self.target[k]
             if name < 0:
                 self.numbers[self.target[k]] = self.value[k]
             else:
                 (self.named if self.sorts[name] else self.local)[self.names[name]] = self.value[k]
+        return 0
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=False)
+    def settle(self) -> cython.int:
+        """Set what the last subroutine has returned: most programs do not ask for it at each call."""
+        given: cython.bint = self.result == self.result
+        self.named["_value"] = self.result if given else 0.0
+        self.named["_value_returned"] = 1.0 if given else 0.0
+        self.returned = False
         return 0
 
     @cython.cfunc

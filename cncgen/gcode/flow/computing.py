@@ -73,7 +73,7 @@ class Computing:
                 control = self._control
                 # Texts without O-words have no use for the module of subroutines.
                 computer.follow(
-                    lambda: control.subroutines.labels(source).lines, parameters, control.calls.outermost,
+                    lambda: control.subroutines.labels(source).lines, control.calls.outermost,
                     control.ip.options.max_call_depth, source,
                 )  # fmt: skip
         return computer
@@ -105,6 +105,7 @@ class Computing:
         if here.source == 0:
             computer.reached, computer.reached_line = reached.offset, reached.line
         offset = computer.run(here.offset, here.line, self._parameters.local)
+        self._parameters.local = computer.local
         plain.count, plain.source = computer.blocks, here.source
         if not computer.lines:
             return None
