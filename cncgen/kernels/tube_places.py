@@ -61,8 +61,8 @@ def match(
         points: Shape (k, n).
         within: Shape (k,): how near the polyline passes each point.
         least: Shape (k,): the way at least from where it comes near the point before.
-        rests: Shape (k,): 1 for points where the motion along the polyline rests.
-        still: Shape (m,): 1 for vertices where it does.
+        rests: Shape (k,): 1 for points where the motion along the polyline rests, 2 for that where it ends.
+        still: Shape (m,): 1 for vertices where it rests, 2 for that where it ends.
         reached: The way where it came near the last point that has a place.
         start: The way at that place.
         last: Whether the polyline and the points end here; if not, points whose places depend on what follows are left for later.
@@ -86,7 +86,7 @@ def match(
                         if way[i] < first and way[i + 1] > way[i]
                         else 0.0
                     )
-                    if (not rests[p] or still[i] or still[i + 1]) and (
+                    if max(still[i], still[i + 1]) >= rests[p] and (
                         _nearest(line, i, from_part, points[p], part) <= within[p]
                     ):
                         break

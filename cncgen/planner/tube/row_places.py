@@ -94,11 +94,14 @@ class RowPlaces:
         entry, place = np.zeros(len(points)), np.zeros(len(points))
         leaving = np.zeros(len(points), np.int64)
         # The plan meets some places exactly: in a room that is larger than the path any other place would be near as well.
-        rest, met = (np.append(program.column(name), last)[have:].astype(bool) for name in ("rest", "met"))
-        within = np.where(met, _EXACT + 8.0 * np.spacing(np.abs(points).max()), _NEAR * both + 1e-6)
+        rest, met = (np.append(program.column(name), last)[have:].astype(np.int8) for name in ("rest", "met"))
+        within = np.where(met > 0, _EXACT + 8.0 * np.spacing(np.abs(points).max()), _NEAR * both + 1e-6)
         still = (grid.v[begin:] <= REST).astype(np.int8)
+        if last:
+            # The end is no other rest: a circle within the tolerance begins at that place.
+            rest[-1] = still[-1] = 2
         found = tube_places.match(
-            grid.x[begin:], grid.s[begin:], points, within, least, rest.astype(np.int8), still, self.reached, start, last,
+            grid.x[begin:], grid.s[begin:], points, within, least, rest, still, self.reached, start, last,
             entry, leaving, place, np.zeros(1),
         )  # fmt: skip
         place += begin
@@ -119,11 +122,8 @@ class RowPlaces:
         ends = ends[have : have + found]
         s[ends] = grid.s[at[ends] + (place[:found][ends] - at[ends] > 0.5)]
         s = np.maximum.accumulate(np.maximum(s, start))
-        if last:
-            # There is no way on which the end could be taken for another rest.
-            rest[-1] = False
         short = np.diff(s, prepend=start) < _HARDLY * (length[:found] - 2.0 * _EXACT)
-        for i in np.flatnonzero(rest[:found] & short):
+        for i in np.flatnonzero((rest[:found] == 1) & short):
             if self._mistaken(points[: i + 1], s[: i + 1], length[: i + 1]):
                 found, self._lost = int(i), True
                 s = s[:found]

@@ -217,7 +217,10 @@ class Tube:
                 run = _Run(self.row, self.row, None, state, s, t, self.row)
                 begin = Reached.at(program.column("start")[self.row - program.base], float(self.row))
                 since = float(grid.t[np.searchsorted(grid.s, self.places.at(self.row), side="right") - 1])
-                run.entry = self._followed(program.lines(self.row, self.row + 1), begin, since, t)
+                # Rows may be shorter than what the plan goes meanwhile.
+                begun = int(np.searchsorted(self.places.between(self.row, self.places.stop), s, side="right"))
+                path = program.lines(self.row, min(self.row + begun + 1, self.places.stop - 1))
+                run.entry = self._followed(path, begin, since, t)
                 return run
             self.row += 1
         return None

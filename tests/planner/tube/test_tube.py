@@ -460,6 +460,32 @@ def test_the_summary_counts_windows(tmp_path: Path) -> None:
     assert found["tolerance_windows_kept"] == 0
 
 
+def test_the_end_of_a_program_is_no_rest_before_it() -> None:
+    """A circle of a diameter of P/2 after a rapid, where the plan rests: its start is within the tolerance of all of it.
+
+    It counted as the end as well, and the circle took 0.087 s more than the rapid alone.
+    """
+    head = "(START, X0 Y0)\nG21 G90 G94 G17 G64 P0.2 F6000\nG0 X5\n"
+    alone, _ = planned(head + "M30\n", machine())
+    seconds, broken = planned(head + "G2 X5 Y0 I0 J0.05\nM30\n", machine())
+    assert not broken
+    assert seconds < 1.05 * alone
+
+
+def test_rows_that_the_plan_passes_before_a_window_begins_are_all_looked_at() -> None:
+    """Rows of 0.01 mm after a rapid that does not end at rest: windows begin five periods later, when many of them are over.
+
+    Where that is on the rows was looked for on the first one alone, and the plan was kept: 0.339 s.
+    """
+    rows = [f"G1 X{5 + 0.01 * k:.3f} Y{0.002 * (k % 2):.3f}" for k in range(1, 201)]
+    head = ["(START, X0 Y0)", "G21 G90 G94 G17 G64 P0.02 F6000", "G0 X5"]
+    text = "\n".join([*head, *rows, "G1 X7 Y3", "M30", ""])
+    along, _ = planned(text, machine(), options=cncgen.PlanOptions(effort="fast"))
+    seconds, broken = planned(text, machine())
+    assert not broken
+    assert seconds < 0.97 * along
+
+
 def test_a_dwell_behind_a_tiny_row_is_found_on_the_plan() -> None:
     """The plan leaves a row of 0.2 um in a room of 0.3 mm out, so its start is where the dwell is. All behind it was planned as before.
 
