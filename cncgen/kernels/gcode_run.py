@@ -315,7 +315,9 @@ class Computer:
             elif operation == JUMP:
                 return self._jump_of(operand, self.code[at])
             elif operation == FLOW:
-                return self._keyword_of(operand, self.code[at])
+                certain = operand != WHILE_DO or self._is_last(at + 1)
+                if certain:
+                    return self._keyword_of(operand, self.code[at])
             else:
                 return _UNCERTAIN
         return _UNCERTAIN
@@ -393,6 +395,14 @@ class Computer:
         """Return the kind of a line with a jump of a language; its values are the first ones on the stack."""
         self.counter, self.depth = counter, 0
         return _JUMPS + jump if self.language.leads is not None else _UNCERTAIN
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _is_last(self, at: cython.Py_ssize_t) -> cython.bint:
+        """Tell whether comments alone stand behind the head of a loop: other words are run line by line."""
+        while self.code[at] & 255 == COMMENT:
+            at += 2
+        return self.code[at] == END
 
     @cython.cfunc
     @cython.inline

@@ -73,11 +73,23 @@ def test_vacant_parameters(run: Any) -> None:
     assert fanuc(run, text) == [[5, 0, 0], [5, 1, 0], [2, 1, 0]]
 
 
-def test_a_condition_sets_a_parameter_without_then(run: Any) -> None:
-    """As programs of shops write it: IF[#9GT0]#12=#9."""
+def test_a_condition_needs_no_then(run: Any) -> None:
+    """As programs of shops write it: IF[#9GT0]#12=#9, and IF [ #1 EQ #2 ] S900. F500. on a Haas."""
     text = "#9=2\n#12=1\nIF[#9GT0]#12=#9(SET)\nIF[#9LT0]#12=7\nN8IF[#9EQ2]##9=[#12+1]\nG0 X#12 Y#2\nM30"
     assert fanuc(run, text) == [[2, 3, 0]]
-    assert [each[0] for each in run("IF[#1EQ0]G0 X5\nM30", dialect="fanuc").errors] == ["syntax"]
+    assert fanuc(run, "#1=1\nIF[#1EQ0]G0 X5\nIF[#1EQ1]G0 Y6\nM30") == [[0, 6, 0]]
+
+
+def test_words_behind_the_head_of_a_loop_run_in_each_round(run: Any) -> None:
+    """Haas programs of a shop begin passes so: WHILE [ #1 GT #2 ] DO1 #1= #1 - #3 IF [ #1 LT #2 ] THEN #1= #2."""
+    text = "#1=0\nWHILE[#1GT-5]DO1(PASS)#1=#1-2 IF[#1LT-5]THEN#1=-5\nG0 Z#1\nEND1\nM30"
+    assert [point[2] for point in fanuc(run, text)] == [-2, -4, -5]
+    nested = (
+        "#1=0\nDO1 #1=#1+1\n#2=0\nWHILE[#2LT2]DO2 #2=#2+1\nG0 X[10*#1+#2]\nEND2\nIF[#1EQ2]GOTO9\nEND1\nN9M30"
+    )
+    assert [point[0] for point in fanuc(run, nested)] == [11, 12, 21, 22]
+    many = fanuc(run, "#1=0\nG0\nWHILE[#1LT3000]DO1 #1=#1+1\nX#1\nEND1\nM30")
+    assert [point[0] for point in many] == list(range(1, 3001))
 
 
 @pytest.mark.parametrize(

@@ -35,6 +35,9 @@ class LineRunner:
             return None
         if is_o_word(parsed):
             return self._o_word(flow, here, after)
+        if flow is not None and flow.then is not None and flow.keyword == "while-do":
+            past = self._o_word(flow, here, after)
+            return self.run(flow.then, here, after) if past is None else past
         # Settings before a jump, or words behind the number of a program (FANUC).
         jumps = flow is not None and flow.keyword == "goto"
         if jumps and parsed.words:
@@ -44,9 +47,9 @@ class LineRunner:
         if flow is not None and flow.then is None and not jumps:
             self._o_word(flow, here, after)
         control.flush()
-        if flow is None or flow.then is None:
+        if flow is None or parsed.words or parsed.settings or parsed.comments:
             self._act(parsed, here)
-        elif control.condition(flow):
+        if flow is not None and flow.then is not None and control.condition(flow):
             self._act(flow.then, here)
         if jumps:
             return self._o_word(flow, here, after)

@@ -89,6 +89,9 @@ class _Values:
                 at += 1
             else:
                 self._step(operation, operand)
+        flow, into = self._parsed.flow, self._into
+        if flow is not None and flow.then is into and not (into.words or into.settings):
+            flow.then = into if flow.keyword == "then" else None
         return self._parsed
 
     def _comment(self, operation: str, begin: int, length: int) -> None:
@@ -112,8 +115,10 @@ class _Values:
         del self._stack[len(self._stack) - len(values) :]
         label = self._stack.pop()
         arguments = tuple(v for v in (*values, *self._stack) if not isinstance(v, str))
-        self._parsed.flow = Flow(keyword, label, arguments)
+        self._parsed.flow = flow = Flow(keyword, label, arguments)
         self._stack.clear()
+        if keyword == "while-do":
+            self._into = flow.then = Parsed()
 
     def _step(self, operation: str, operand: int) -> None:
         stack = self._stack
@@ -139,8 +144,9 @@ class _Values:
             value = self._pop()
             self._into.settings.append((stack.pop(), value))
         elif operation == "THEN":
-            self._into = Parsed()
-            self._parsed.flow = Flow("then", None, (self._pop(),), self._into)
+            then = Parsed()
+            self._into.flow = Flow("then", None, (self._pop(),), then)
+            self._into = then
         else:
             stack.append(self._computed(operation, operand))
 

@@ -42,7 +42,6 @@ _HINTS = tuple(
         (r"(?:if|while|do|end)", r"[#0-9]", "the condition stands in brackets: IF[#1 EQ 2] GOTO 10"),
         (r"if\[.*\]", r"", "IF[…] is followed by GOTO and a line number, or by THEN"),
         (r"while\[.*\]", r"", "WHILE[…] is followed by DO and the number of its loop"),
-        (r"do[0-9]+", r"[a-z#/]", "what the loop repeats stands in the lines behind WHILE[…] DO 1"),
         (r"[0-9\]]", r"if\[", "IF[…] begins a line of its own"),
         (r"do|end", r"\Z", "DO and END have the number of their loop: END 1"),
         (r"goto", r"", "GOTO is followed by the N word of a line: GOTO 10 goes to N10"),

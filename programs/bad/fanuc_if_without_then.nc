@@ -1,5 +1,0 @@
-; expect fanuc 2:14:syntax 3:4:syntax 4:7:syntax
-IF [#1 EQ 2] X1
-IF #1 EQ 2 THEN #3=1
-IF [#1=2] GOTO 10
-N10 M30
