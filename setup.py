@@ -35,7 +35,10 @@ CALLING = ("cncgen.kernels.gcode_", SHARED)
 #: What goes through each byte and block of a program: a twentieth of reading is saved for 2 s of compiling.
 READING = {
     **dict.fromkeys(
-        tuple(f"cncgen.kernels.gcode_{name}" for name in ("scan", "lines", "parse", "rows", "run", "store")),
+        tuple(
+            f"cncgen.kernels.gcode_{name}"
+            for name in ("arithmetic", "scan", "lines", "parse", "rows", "run", "store")
+        ),
         "-O2",
     ),
     **dict.fromkeys(tuple(f"cncgen.kernels.gcode_{name}" for name in ("words", "motion", "frames")), "-O3"),

@@ -140,6 +140,7 @@ SLOTS = "xyzabcuvwijkrfspqltgm"
 SETS_OF_WORDS = {
     "ANY_AXIS": "xyzabcuvw",
     "ANY_HOLE": "xyz",
+    "ANY_ROTARY": "abc",
     "ANY_OFFSET": "ijk",
     "WITH_R": "r",
     "WITH_F": "f",

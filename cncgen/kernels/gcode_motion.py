@@ -15,7 +15,7 @@ every error, executes that one.
 import cython
 from cython.cimports.cncgen.kernels.arc_centres import centre_from_radius
 from cython.cimports.cncgen.kernels.gcode_codes import (
-    ABSOLUTE, ANY_AXIS, ANY_HOLE, ANY_OFFSET, ASIDE_DWELL, ASIDE_EXACT, ASIDE_PATH, ASIDE_PAUSE, ASIDE_SPEED, ASIDE_TOOL, BOTTOM,
+    ABSOLUTE, ANY_AXIS, ANY_HOLE, ANY_OFFSET, ANY_ROTARY, ASIDE_DWELL, ASIDE_EXACT, ASIDE_PATH, ASIDE_PAUSE, ASIDE_SPEED, ASIDE_TOOL, BOTTOM,
     CYCLE, DIRECTION, DWELL, FEED, FLOOD, GIVEN, GIVEN_DEPTH, GIVEN_P, GIVEN_Q, GIVEN_R, LEVEL, MIST, MOTION, OLD_LEVEL, PAUSE,
     PECK_CLEARANCE, PLANE, RETRACT, SKIP_SLASH, SLOT_F, SLOT_I, SLOT_L, SLOT_P, SLOT_Q, SLOT_R, SLOT_S, SLOT_T, SPEED, STEP, TOOL,
     WITH_F, WITH_L, WITH_P, WITH_Q, WITH_R, WITH_S, WITH_T,
@@ -294,11 +294,17 @@ class Advance:
 
         Axes that the block names go there, or so far where it is incremental; the others stay.
         """
+        named: cython.uint = self.block.given & ANY_AXIS
+        k: cython.int
         for k in range(SLOT_I):
             self.target[k] = self.position[k]
-            if self.block.given >> k & 1:
+        k = 0
+        while named:
+            if named & 1:
                 self.target[k] = self.block.word[k] if absolute else self.position[k] + self.block.word[k]
                 self.reach = max(self.reach, fabs(self.target[k]))
+            named >>= 1
+            k += 1
         if motion < 2:
             self.centre_at.x = self.centre_at.y = 0.0
             return True
@@ -349,8 +355,9 @@ class Advance:
         if motion > 1:
             self.reach = max(self.reach, fabs(self.centre_at.x), fabs(self.centre_at.y))
         self.turns[row] = 0 if motion < 2 else 2 * motion - 5
-        for k in range(3, 6):
-            self.turn = max(self.turn, fabs(self.target[k] - self.position[k]))
+        if self.block.given & ANY_ROTARY:
+            for k in range(3, 6):
+                self.turn = max(self.turn, fabs(self.target[k] - self.position[k]))
         for k in range(SLOT_I):
             self.position[k] = self.target[k]
             self.end[row, k] = self.target[k]

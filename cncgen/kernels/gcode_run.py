@@ -129,6 +129,7 @@ class Computer:
     holds = cython.declare(cython.bint)
     arguments = cython.declare(cython.int)
     next = cython.declare(cython.Py_ssize_t)
+    next_line = cython.declare(cython.longlong)
 
     def __init__(self, text, parser, store, columns, waits, pause, meant=None, frames=None, leads=None):
         if not cython.compiled:
@@ -198,6 +199,7 @@ class Computer:
             outside = self._is_outside()
             self.rows.last = r
             self.words = self.word_end[self.blocks - 1] if self.blocks > 0 else 0
+            self.next_line = line + 1
             keyword = self._execute(r)
             if keyword == _PLAIN:
                 self._end_block(r)
@@ -214,7 +216,7 @@ class Computer:
             self.ran, self.ran_line = offset, line
             if self.next < 0:
                 # The end of the text.
-                offset, line = -1 - self.next, line + 1
+                offset, line = -1 - self.next, self.next_line
             else:
                 if keyword != _PLAIN and self.kept[self.next, AT] <= offset and self._is_time():
                     self.back = (offset, line)
@@ -491,10 +493,15 @@ class Computer:
         line: cython.longlong = self.kept[r, NUMBER_OF_LINE]
         goes: cython.int = self.language.goes(r, line, jump, self.counter, self.stack[0], self.stack[1])
         if goes > 0:
-            self.next = self.rows.at(self.language.way[2], self.language.way[3])
+            self._go(self.language.way[2], self.language.way[3])
         elif goes == 0:
             self.next = self.rows.following(r)
         return goes >= 0
+
+    @cython.cfunc
+    def _go(self, offset: cython.Py_ssize_t, line: cython.longlong) -> cython.void:
+        """Make a line the next one."""
+        self.next, self.next_line = self.rows.at(offset, line), line
 
     @cython.cfunc
     def _lead(self, r: cython.Py_ssize_t, keyword: cython.int) -> cython.bint:
@@ -510,9 +517,10 @@ class Computer:
             if way is None:
                 return False
             self.store.ways[key] = way
-        self.next = (
-            self.rows.following(r) if keyword == WHILE_DO and self.holds else self.rows.at(way[0], way[1])
-        )
+        if keyword == WHILE_DO and self.holds:
+            self.next = self.rows.following(r)
+        else:
+            self._go(way[0], way[1])
         return True
 
     # O-words.
@@ -586,8 +594,7 @@ class Computer:
     @cython.cfunc
     def _go_to(self, m: cython.Py_ssize_t, at: cython.bint) -> cython.void:
         """Go `at` the line of a mark, or behind it."""
-        offset: cython.longlong = self.marks.rows[m, OFFSET if at else BEHIND]
-        self.next = self.rows.at(offset, self.marks.rows[m, LINE] + (not at))
+        self._go(self.marks.rows[m, OFFSET if at else BEHIND], self.marks.rows[m, LINE] + (not at))
 
     @cython.cfunc
     def _call(self, r: cython.Py_ssize_t, label) -> cython.bint:
@@ -631,7 +638,7 @@ class Computer:
         if frame.source != self.source:
             self.away = frame.back
         elif 0 <= frame.row < self.rows.used and self.kept[frame.row, AFTER] == frame.offset:
-            self.next = self.rows.following(frame.row)
+            self.next, self.next_line = self.rows.following(frame.row), frame.line
         else:
-            self.next = self.rows.at(frame.offset, frame.line)
+            self._go(frame.offset, frame.line)
         return True

@@ -331,3 +331,22 @@ def test_codes_that_touch_parameters_or_lead_elsewhere_do_not_wait() -> None:
     assert [code.name for code in codes.values() if code.waits and code.name in never] == []
     assert {code.letter for code in codes.values() if code.waits} == {"G", "M"}
     assert all(not code.calls for code in codes.values() if code.waits)
+
+
+@pytest.mark.parametrize("batches", [True, False])
+@pytest.mark.parametrize(
+    ("text", "dialect"),
+    [
+        ("o1 sub\nG1 X1\no1 endsub\no2 sub\nG1 X2\no2 endsub\nF100\no1 call\n#100=0\no2 call", "linuxcnc"),
+        ("F100\no1 if [0]\nG1 X1\no1 endif", "linuxcnc"),
+        ("F100\no1 while [0]\no2 repeat [2]\nG1 X1\no2 endrepeat\no1 endwhile", "linuxcnc"),
+        ("O1\nF100\nWHILE [1 EQ 2] DO 1\nG1 X1\nEND 1", "fanuc"),
+    ],
+)
+def test_a_jump_to_the_end_of_the_text_keeps_the_number_of_its_last_line(
+    text: str, dialect: str, batches: bool
+) -> None:
+    """The number is the count of lines, whatever line led there: it was the one behind that."""
+    said = printed(text + "\n", batches=batches, dialect=dialect)
+    last = text.count("\n") + 1
+    assert any(f":{last}:1: warning[no-program-end]" in each for each in said), said
