@@ -149,7 +149,8 @@ class Rounds:
             self._got, spent = _narrower(self._got, given, self._parts)
             lost = self._got[1].status != 1 or float(self._got[1].step.sum()) > _LOST * before
         if lost:
-            anew, more = begun(given, nodes, near) if near or not self.early else (None, 0)
+            tangled = self.window.tangled
+            anew, more = begun(given, nodes, near, tangled) if near or not self.early else (None, 0)
             self._got, spent = faster(self._got, anew), spent + more
         self.units += _ROUND + int(self._step * spent)
         self.exact = not near

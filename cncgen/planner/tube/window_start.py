@@ -13,15 +13,15 @@ from cncgen.planner.tube.window_problem import Problem, Search, Solved
 
 Floats = NDArray[np.float64]
 #: A problem with steps in time; velocities, accelerations and offsets at its nodes.
-Start = tuple[Problem, Floats, Floats | None, Floats]
+Start = tuple[Problem, Floats, Floats, Floats]
 #: A search, and what it found.
 Found = tuple[Search, Solved]
 #: Times, velocities, accelerations, offsets and jerks.
 Again = tuple[Floats, Floats, Floats, Floats, Floats]
 
-#: Parts of the speed that guesses have, one after the other, and whether one goes on steadily, at the pace of corners at least, or as
-#: the plan does.
-_STARTS = ((0.9, False), (0.6, True), (0.4, True))
+#: Parts of the speed that guesses have, one after the other, and of the acceleration at that speed, at the pace of corners at least; and
+#: of the one that goes before the later ones where corners are near each other, at the pace of the plan.
+_STARTS, _SLOW = ((0.95, 0.3), (0.6, 0.0), (0.4, 0.0)), (0.9, 1.0)
 #: Iterations after which a solution is looked for with this part of the room as well.
 _LONG, _ROOM = 50, 0.3
 #: Part of limits and room that a guess uses.
@@ -30,7 +30,7 @@ _WITHIN = 0.9
 _PULLED = 0.001
 
 
-def begun(given: Problem, nodes: Nodes, near: bool) -> tuple[Found | None, int]:
+def begun(given: Problem, nodes: Nodes, near: bool, tangled: bool) -> tuple[Found | None, int]:
     """Return a search and what it found from the first of all guesses that leads to a solution, and the iterations of all of them.
 
     Where that took long, the room may be as wide as moves are long, and the solution a poor one among many: then it is found with a
@@ -40,24 +40,25 @@ def begun(given: Problem, nodes: Nodes, near: bool) -> tuple[Found | None, int]:
         given: The problem.
         nodes: Those after the first one.
         near: Whether to go near the solution only.
+        tangled: Whether there are many local optima, as corners are near each other.
     """
-    first, spent = _first(given, nodes, near)
+    first, spent = _first(given, nodes, near, tangled)
     if first is not None and first[1].iterations <= _LONG:
         return first, spent
     at = np.repeat(given.point, np.diff(given.first), axis=0)
     narrow = replace(given, radius=_ROOM * given.radius, centre=nearer(given.centre, at, _ROOM))
-    less, more = _first(narrow, nodes, True)
+    less, more = _first(narrow, nodes, True, tangled)
     if less is not None:
         wider = less[0].wider(given, near)
         less, more = (less[0], wider), more + wider.iterations
     return faster(first, less), spent + more
 
 
-def _first(given: Problem, nodes: Nodes, near: bool) -> tuple[Found | None, int]:
+def _first(given: Problem, nodes: Nodes, near: bool, tangled: bool) -> tuple[Found | None, int]:
     """Return a search and what it found from the first guess that leads to a solution, and the iterations of all searches."""
     spent = 0
-    for part, steady in _STARTS:
-        search = Search(*_along(given, nodes, part, steady))
+    for number, (part, bent) in enumerate((_SLOW, *_STARTS[1:]) if tangled else _STARTS):
+        search = Search(*_along(given, nodes, part, bent, tangled and not number))
         found = search.solve(near)
         spent += found.iterations
         if found.status == 1:
@@ -95,9 +96,9 @@ def _between(given: Problem, before: Solved) -> float:
     return float(np.maximum((np.abs(middle) / given.velocity).max(axis=1), along).max(initial=0.0))
 
 
-def _along(given: Problem, nodes: Nodes, part: float, steady: bool) -> Start:
-    """Return a part of the speed of the plan on its path, with the acceleration of that unless it is steady."""
-    steps, speeds = (nodes.step, nodes.speed) if steady else (nodes.plan_step, nodes.plan_speed)
+def _along(given: Problem, nodes: Nodes, part: float, bent: float, slow: bool) -> Start:
+    """Return a part of the speed of the plan on its path, at the pace of corners at least unless it is `slow`, with a part of the acceleration of that."""
+    steps, speeds = (nodes.plan_step, nodes.plan_speed) if slow else (nodes.step, nodes.speed)
     steps = np.maximum(steps, 1e-3 * nodes.step) / part
     speed = part * np.concatenate([[0.0], speeds])[:, None] * given.tangent
     speed[0], speed[-1] = given.start[1], given.goal[1]
@@ -106,15 +107,13 @@ def _along(given: Problem, nodes: Nodes, part: float, steady: bool) -> Start:
         :, None
     ]
     inner *= _down(given, speed, _WITHIN)[1:-1]
-    rate: Floats | None = None
-    if not steady:
-        rate = np.zeros_like(speed)
-        rate[1:-1] = (speed[2:] - speed[:-2]) / (steps[1:] + steps[:-1])[:, None]
-        rate = np.clip(rate, -_WITHIN * given.acceleration, _WITHIN * given.acceleration)
-        middle = speed[:-1] + 0.5 * steps[:, None] * rate[:-1]
-        over = (np.abs(middle) > 0.5 * (1.0 + _WITHIN) * given.velocity).any(axis=1)
-        over |= np.sqrt((middle**2 * given.weight).sum(axis=1)) > 0.5 * (1.0 + _WITHIN) * given.between
-        rate[:-1][over] = 0.0
+    rate = np.zeros_like(speed)
+    rate[1:-1] = bent * (speed[2:] - speed[:-2]) / (steps[1:] + steps[:-1])[:, None]
+    rate = np.clip(rate, -_WITHIN * given.acceleration, _WITHIN * given.acceleration)
+    middle = speed[:-1] + 0.5 * steps[:, None] * rate[:-1]
+    over = (np.abs(middle) > 0.5 * (1.0 + _WITHIN) * given.velocity).any(axis=1)
+    over |= np.sqrt((middle**2 * given.weight).sum(axis=1)) > 0.5 * (1.0 + _WITHIN) * given.between
+    rate[:-1][over] = 0.0
     return replace(given, step=steps), speed, rate, _inside(given, np.zeros_like(given.point))
 
 
