@@ -23,7 +23,7 @@ from cncgen.planner.tube.window_rounds import Bounds, Rounds, Window
 
 Floats = NDArray[np.float64]
 
-#: A window is searched a second time if the first one takes less than this part of the bound.
+#: A window is searched a second time if the first search finds nothing or takes less than this part of the bound.
 _CHEAP = 0.02
 #: Part of the tolerance by which a motion near the solution may be over it, and the next window is still begun ahead.
 _OVER = 1.0
@@ -144,7 +144,7 @@ class WindowSearch:
         rounds = self._begun(window) or self._begun_ahead(window) or self._rounds(window)
         if rounds.number < 0 or rounds.found:
             found = self._searched(rounds, window, following)
-        if self.units - before > _CHEAP * self.bound or not window.tangled:
+        if not window.tangled or (found is not None and self.units - before > _CHEAP * self.bound):
             return found
         # There are many local optima: the faster one of two searches counts.
         rounds = self._rounds(window)
