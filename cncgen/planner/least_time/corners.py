@@ -46,7 +46,7 @@ _HAT = [-1.0, 0.0, 1.0], [0.0, 1.0, 0.0]
 #: Periods on either side of a jump in which setpoints see it: half of those that a third difference takes.
 SEEN = 1.5
 #: Where a corner lies on a chord over it: parts of its length.
-_BEFORE = np.linspace(0.0, 1.0, 17)[1:-1]
+_BEFORE = np.linspace(0.0, 1.0, 33)[1:-1]
 #: Largest turn of a direction that is rounding alone, rad.
 NO_TURN = 1e-9
 #: Cost of a jump that is passed on either side of it, in periods: by itself, and where it takes all jerk along the path.
@@ -176,9 +176,7 @@ def corners_of(
     stop |= speed <= 0.0
     passed = felt & ~stop
     acceleration, there, sway = _swayed(bounds, together, turn * passed[:, None], left[1], right[1])
-    straight = _straight(path, s, before, after)
-    parts = linear * v, square * v**2
-    zone = corner_zones(bounds, together, there, parts, straight, left[1], right[1])
+    zone = corner_zones(bounds, together, there, left[1], right[1])
     # A pulse of acceleration v Δ is v Δ/T in the second difference that sees it.
     pulse = np.abs(turn) * v / (bounds.acceleration * bounds.period_s)
     return Corners(
@@ -189,7 +187,7 @@ def corners_of(
         jump_share=np.stack([pulse, share + sway], 1) * passed[:, None, None],
         acceleration=acceleration,
         zone=np.where(passed, zone, 0.0),
-        cuts=_cuts(bounds, stop, turn, straight),
+        cuts=_cuts(bounds, stop, turn),
     )
 
 
@@ -204,14 +202,6 @@ def rows_beside(path: Path, s: Floats) -> tuple[Ints, Ints]:
     """
     row = path.row_of(0.5 * (s[:-1] + s[1:]))
     return np.insert(row, 0, row[0]), np.append(row, row[-1])
-
-
-def _straight(path: Path, s: Floats, before: BlockEnd | None, after: BlockEnd | None) -> Bools:
-    """Tell at which corners straight lines meet, shape (n,); the ends of a block count as curved where it has a neighbour."""
-    left, right = rows_beside(path, s)
-    out: Bools = (path.kind[left] == Kind.LINE) & (path.kind[right] == Kind.LINE)
-    out[[0, -1]] &= (before is None, after is None)
-    return out
 
 
 def speed_rises(bounds: AxisLimits, path: Path, s: Floats, right: Floats) -> tuple[Floats, Floats]:
@@ -358,7 +348,7 @@ def chord_cut(s: Floats, turn: Floats, at: Ints, length: Floats) -> Floats:
     The path between the ends of a chord has the second derivative Σ Δ_i δ(s − s_i) and lies beside it by D = Σ Δ_i G(s, s_i),
     where G is Green's function of that: for s ≤ s_i the way before s by the way after s_i, divided by the length. |D| is
     largest at corners, where it rises before and falls behind. Chords are looked at that have parts `_BEFORE` of their
-    length before the corner, and what lies between is interpolated.
+    length before the corner.
 
     Args:
         s: Shape (n,), where the corners are.
@@ -373,8 +363,8 @@ def chord_cut(s: Floats, turn: Floats, at: Ints, length: Floats) -> Floats:
         np.concatenate([np.zeros((1, turn.shape[1])), np.cumsum(each, axis=0)])
         for each in (turn, turn * (s - s[0])[:, None])
     )
-    far, rise, fall = np.zeros((3, len(_BEFORE), len(at)))
-    for k, before in enumerate(_BEFORE):
+    largest = np.zeros(len(at))
+    for before in _BEFORE:
         start, end = here - before * length, here + (1.0 - before) * length
         first, last = np.searchsorted(s, start), np.searchsorted(s, end, side="right")
         # Σ Δ_i times the ways from the start of the chord, of those before the corner, and times those to its end.
@@ -382,35 +372,10 @@ def chord_cut(s: Floats, turn: Floats, at: Ints, length: Floats) -> Floats:
         ahead = (sums[last] - sums[at]) * (end - s[0])[:, None] - (moments[last] - moments[at])
         beside = before * ahead + (1.0 - before) * behind
         slope = (ahead - behind) / length[:, None]
-        far[k] = np.sqrt(np.einsum("ij,ij->i", beside, beside))
-        rise[k] = np.einsum("ij,ij->i", beside, slope)
-        fall[k] = np.einsum("ij,ij->i", beside, own - slope)
-    rising, falling = _positive(rise), _positive(fall)
-    low, high = np.maximum(rising[0], falling[0]), np.minimum(rising[1], falling[1])
-    bend = np.pad(np.maximum(2.0 * far[1:-1] - far[:-2] - far[2:], 0.0), ((1, 1), (0, 0)), mode="edge")
-    found = np.zeros(len(at))
-    for part in (low, 0.5 * (low + high), high):
-        crest = 0.25 * (bend[:-1] + bend[1:]) * part * (1.0 - part)
-        there = far[:-1] + (far[1:] - far[:-1]) * part + crest
-        found = np.maximum(found, np.where(low <= high, there, 0.0).max(axis=0))
-    return found
-
-
-def _positive(values: Floats) -> tuple[Floats, Floats]:
-    """Return between which parts of the ways from each row of `values` to the next they are not negative, if linear.
-
-    Args:
-        values: Shape (n, k).
-
-    Returns:
-        The first and the last part, shape (n − 1, k); the first is 1 and the last 0 where they are negative all the way.
-    """
-    one, other = values[:-1], values[1:]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        zero = np.clip(np.nan_to_num(one / (one - other)), 0.0, 1.0)
-    first = np.where(one >= 0.0, 0.0, np.where(other >= 0.0, zero, 1.0))
-    last = np.where(other >= 0.0, 1.0, np.where(one >= 0.0, zero, 0.0))
-    return first, last
+        rise, fall = np.einsum("ij,ij->i", beside, slope), np.einsum("ij,ij->i", beside, own - slope)
+        far = np.sqrt(np.einsum("ij,ij->i", beside, beside))
+        largest = np.where((rise >= 0.0) & (fall >= 0.0), np.maximum(largest, far), largest)
+    return largest
 
 
 def _largest_part(kept: Callable[[Floats, Ints], Bools], at: Ints, least: float) -> Floats:
@@ -423,20 +388,18 @@ def _largest_part(kept: Callable[[Floats, Ints], Bools], at: Ints, least: float)
     return low
 
 
-def _cuts(bounds: AxisLimits, stop: Bools, turn: Floats, straight: Bools) -> Bools:
+def _cuts(bounds: AxisLimits, stop: Bools, turn: Floats) -> Bools:
     """Tell which corners are rests that the chord of a period may cut by more than the chord tolerance, shape (n,).
 
     In the time t from rest, or to it, an axis goes J t³/6 or A t²/2 at most. Of the path under a chord over the rest, no place is
-    further than that from an end of the chord, t being a period. Of lines the chord is furthest from their corners, which it
-    passes within half a period of one of its ends.
+    further than that from an end of the chord, t being a period.
 
     Args:
         bounds: Limits.
         stop: Shape (n,), which corners are rests.
         turn: Shape (n, axes), Δ there.
-        straight: Shape (n,), whether lines meet there.
     """
-    t = bounds.period_s * np.where(straight, 0.5, 1.0)[:, None]
+    t = bounds.period_s
     way = bounds.scale * np.minimum(bounds.jerk * t**3 / 6.0, bounds.acceleration * t**2 / 2.0)
     # Axes that the machine lacks do not move.
     far = norm(np.where(np.isfinite(way), way, 0.0)) > bounds.chord_mm
@@ -502,32 +465,22 @@ def _swayed(
     return np.where(most_there < reached, most_there, np.inf), np.minimum(most_there, reached), sway
 
 
-def corner_zones(
-    bounds: AxisLimits,
-    speed: Floats,
-    there: Floats,
-    share: tuple[Floats, Floats],
-    straight: Bools,
-    left: Floats,
-    right: Floats,
-) -> Floats:
+def corner_zones(bounds: AxisLimits, speed: Floats, there: Floats, left: Floats, right: Floats) -> Floats:
     """Return how far from jumps the motion comes while setpoints see them, shape (n,), mm.
 
     A third difference sees a jump for one and a half periods on either side of it. Meanwhile the speed rises (or falls) from
-    the acceleration at the jump, up to its limit: on straight lines with the jerk that the jump leaves, else at full jerk.
+    the acceleration at the jump, up to its limit, at full jerk.
 
     Args:
         bounds: Limits.
         speed: Shape (n,), v, the largest one at each jump.
         there: Shape (n,), the largest acceleration along the path there.
-        share: Shape (n, axes) each: the parts of the jerk limits that the steps of x' and of x'' take.
-        straight: Shape (n,), whether lines meet there.
         left, right: Shape (n, axes), dx/ds on both sides.
     """
-    gain = np.maximum(*(along_path(bounds.acceleration, side) for side in (left, right)))
-    by_turn, by_bend = share
-    kept = np.where(straight[:, None], 1.0 - by_turn - by_bend, 1.0)
-    jerk = np.maximum(*(along_path(bounds.jerk, side / kept) for side in (left, right)))
+    gain, jerk = (
+        np.maximum(*(along_path(limit, side) for side in (left, right)))
+        for limit in (bounds.acceleration, bounds.jerk)
+    )
     seen = bounds.period_s * SEEN
     rise = np.minimum(gain, there + jerk * seen / 3.0)
     return seen * (speed + 0.5 * seen * rise)

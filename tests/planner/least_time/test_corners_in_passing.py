@@ -503,24 +503,15 @@ def test_chords_over_a_long_line_and_several_small_corners() -> None:
     assert 0.9 * machine.chord_tolerance_mm < largest <= 1.005 * machine.chord_tolerance_mm
 
 
-def test_a_zone_on_lines_is_the_way_under_the_jerk_that_the_jump_leaves() -> None:
-    """v t + j t³/6 for one and a half periods, j being a quarter of J on lines; full jerk counts where a curve is beside it."""
+def test_a_zone_is_the_way_at_full_jerk_while_setpoints_see_the_corner() -> None:
+    """v t + J t³/6 for one and a half periods."""
     jerk, period, speed = 5e4, 4e-3, 2.0
     axes = {letter: Axis(letter, 1e3, 1e6, jerk) for letter in "XY"}
     bounds = AxisLimits.of(Machine("coarse", axes, period_s=period, chord_tolerance_mm=1.0), "XY")
     along = np.array([[1.0, 0.0]])
-    for straight, left in ((True, 0.25 * jerk), (False, jerk)):
-        zone = corners.corner_zones(
-            bounds,
-            np.array([speed]),
-            np.zeros(1),
-            (np.full((1, 2), 0.75), np.zeros((1, 2))),
-            np.array([straight]),
-            along,
-            along,
-        )
-        seen = 1.5 * period
-        assert zone == pytest.approx(speed * seen + left * seen**3 / 6.0, rel=1e-12)
+    zone = corners.corner_zones(bounds, np.array([speed]), np.zeros(1), along, along)
+    seen = 1.5 * period
+    assert zone == pytest.approx(speed * seen + jerk * seen**3 / 6.0, rel=1e-12)
 
 
 def test_the_feed_holds_beyond_a_reversal_that_no_setpoint_shows() -> None:
