@@ -57,6 +57,16 @@ def test_finishing_follows_the_profile(calls: Calls) -> None:
     assert [(z, x) for kind, z, x in moves(lines) if kind == "F"] == [(-5, 5), (-8, 8), (-15, 8), (-20, 12)]
 
 
+@pytest.mark.parametrize("start", ["X0 Z3", "X11 Z3", "X0 Z-9"])
+def test_finishing_beside_one_line_is_above_it(calls: Calls, start: str) -> None:
+    """Wherever the tool comes from, as LinuxCNC's interpreter ran it: 0.05 beside (2, 0) to (4, -4) begins at X2.045 Z0.022."""
+    text = "o1 sub\nG0 X2 Z0\nG1 X4 Z-4\no1 endsub\n"
+    lines = calls(f"G18 G8 G21 F100\n{text}G0 {start}\nG70 Q1 E0.05\nM2\n", dialect="linuxcnc")
+    (kind, z, x), *rest = moves(lines)[-2:]
+    assert (kind, round(z, 3), round(x, 3)) == ("T", 0.022, 2.045)
+    assert [(kind, round(z, 3), round(x, 3)) for kind, z, x in rest] == [("F", -3.978, 4.045)]
+
+
 @given(
     st.lists(st.tuples(st.floats(1.0, 5.0), st.floats(-1.5, 3.0)), min_size=2, max_size=6),
     st.floats(0.05, 0.3),

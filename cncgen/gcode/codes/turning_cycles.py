@@ -124,19 +124,19 @@ def _prepare(ip: Interpreter, block: Block, name: str, swap: bool) -> TurningJob
     lathe = Lathe(ip, across, swap)
     start = complex(min(start.real, profile[0].start.real), start.imag)
     lathe.rapid(start)
-    return TurningJob(lathe, start, profile, _is_left(start, profile, name != "G70"))
+    return TurningJob(lathe, start, profile, _is_left(start, profile))
 
 
-def _is_left(start: complex, profile: list[Segment], rough: bool) -> bool:
+def _is_left(start: complex, profile: list[Segment]) -> bool:
     """Tell whether an allowance lies left of a profile: where the cuts start from, or straight on from there.
 
-    A profile that begins upright has no such side; the rules for it, and for one line that is roughed (the side that the cuts of
-    such a profile come from), were measured on LinuxCNC's interpreter.
+    A profile that begins upright has no such side; the rules for it, and for one line alone (the side that the cuts of such a profile
+    come from), were measured on LinuxCNC's interpreter.
     """
     heading, way = profile[0].heading(profile[0].start), start - profile[0].start
     if abs(heading.real) < TINY:
         return way.imag > -TINY if len(profile) > _FEW else heading.imag > 0.0
-    return (rough and len(profile) == 1) or heading.real * way.imag - heading.imag * way.real > -TINY
+    return len(profile) == 1 or heading.real * way.imag - heading.imag * way.real > -TINY
 
 
 def _check_monotonic(profile: list[Segment], name: str) -> None:
