@@ -12,7 +12,7 @@ from cython.cimports.cncgen.kernels.gcode_codes import (
     ABS, ACOS, ADD, AND, ASIN, COS, DIVIDE, EQ, EXP, FIX, FUP, GE, GT, LE, LN, LT, MOD, MULTIPLY, NE, OR, POWER, ROUND, SIN, SQRT,
     SUBTRACT, TAN,
     ABOVE, ANGLE_OF, APART, ARC_OF, AT_LEAST, AWAY, BELOW, BITS_AND, BITS_NOT, BITS_OR, BITS_XOR, CEILING, EQUAL, FRACTION, GREATER, JOIN, LENGTH_OF, LESSER, MINUS,
-    NEAR, NEGATED, OTHER_THAN, REMAINDER, SAME, SIGN_OF, SQUARE, TRUNC, TURN_OF, UNEQUAL, WHOLE_QUOTIENT,
+    NEAR, NEGATED, OTHER_THAN, REMAINDER, SAME, SIGN_OF, SQUARE, TRUNC, TURN_OF, TURN_OF_SINE, UNEQUAL, WHOLE_QUOTIENT,
 )  # fmt: skip
 from cython.cimports.libc.math import (
     acos, asin, atan, atan2, ceil, copysign, cos, exp, fabs, floor, fmod, hypot, isfinite, log, log10, pow, sin, sqrt, tan, trunc,
@@ -174,6 +174,8 @@ def _function_of_languages(name: cython.int, a: cython.double) -> cython.double:
         return (1.0 if a > 0.0 else -1.0) if a != 0.0 else 0.0
     if name == ARC_OF:
         return atan(a) * _PER_RADIAN
+    if name == TURN_OF_SINE:
+        return arc_sine(a) + (360.0 if a < 0.0 else 0.0) if -1.0 <= a <= 1.0 else _NAN
     if name == MINUS:
         return -a
     if name >= AWAY:

@@ -14,7 +14,7 @@ from cython.cimports.cncgen.kernels.gcode_arithmetic import function_of, joined
 from cython.cimports.cncgen.kernels.gcode_codes import (
     AFTER, ANGLE_OF, ARC_TANGENT, AT, AT_NEXT, AT_PREVIOUS, BEHIND, BINARY, CODE, COMMENT, COMPUTED_LABEL, DELETED, ELEMENT, END,
     FIRST_CONSTANT, FLOW, FUNCTION, GOTO, JUMP, KEYWORD, LINE, MARK, MARKS, MARK_ABOVE, MARK_BELOW, NAME, NAMED, NEGATIVE, NUMBER, NUMBERED,
-    NUMBER_OF_LINE, OFFSET, O_CALL, O_ELSEIF, O_ENDSUB, O_IF, O_REPEAT, O_RETURN, O_SUB, O_WHILE, PARAMETER, PAST_NEXT, PROGRAM, REFUSED,
+    NUMBER_OF_LINE, OFFSET, O_CALL, O_ELSEIF, O_ENDSUB, O_IF, O_REPEAT, O_RETURN, O_SUB, O_WHILE, PARAMETER, PAST_NEXT, PROGRAM, REFUSED, ROUND,
     SET, SET_ELEMENT, SET_NAMED, SET_STORED, SET_VARIABLE, STAY, STORED, THEN, WHILE_DO, WORD,
 )  # fmt: skip
 from cython.cimports.cncgen.kernels.gcode_frames import Frame
@@ -69,7 +69,7 @@ class Computer:
         columns: The columns of `gcode_scan.scan`: line, offset, flags, ends of the words, letters, values.
         waits: Tells whether a block with a code, a letter and a whole number, may wait.
         pause: Lines after which a jump back ends a run.
-        meant: The operators and functions of the dialect by those of the grammar, where they differ (0: of the interpreter alone).
+        meant: The operators and functions of the dialect by those of the grammar, where they differ.
         frames: The calls in progress, the innermost last.
         leads: Of macros, returns offset and number of the line that GOTO, DO or END leads to, by offset and number of its line, keyword and
             value; None where there is none.
@@ -288,7 +288,7 @@ class Computer:
             elif operation == SET_STORED:
                 certain = self.store.set(operand, self._pop())
             elif operation == FUNCTION:
-                certain = self._apply(operand)
+                certain = not self._rounds_word(operand, at) and self._apply(operand)
             elif operation == NAME:
                 certain = self._push(operand)
             elif operation == NAMED:
@@ -358,6 +358,29 @@ class Computer:
         """Put the value of a function in place of a value."""
         value: cython.double = function_of(self.meant[function], self._pop())
         return isfinite(value) and self._push(value)
+
+    @cython.cfunc
+    @cython.inline
+    @cython.exceptval(check=False)
+    def _rounds_word(self, function: cython.int, at: cython.Py_ssize_t) -> cython.bint:
+        """Tell whether a function is ROUND of a macro in a word, which rounds to its least increment (the interpreter's).
+
+        The first instruction from `at` on that takes values is the word's.
+        """
+        operation: cython.int
+        if self.leads is None or self.meant[function] != ROUND:
+            return False
+        while True:
+            operation = self.code[at] & 255
+            if (
+                operation == END
+                or operation == WORD
+                or operation == SET
+                or operation == FLOW
+                or operation == THEN
+            ):
+                return operation == WORD
+            at += 1
 
     @cython.cfunc
     @cython.inline

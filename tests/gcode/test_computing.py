@@ -19,6 +19,7 @@ from cncgen.gcode.block import evaluate
 from cncgen.gcode.budget import PAUSE
 from cncgen.gcode.codes.table import table
 from cncgen.gcode.errors import BlockError
+from cncgen.gcode.flow.line_by_line import LineRunner
 from cncgen.gcode.flow.running import Runner
 from cncgen.gcode.sinks.counting import CountingSink
 from cncgen.gcode.sinks.printing import PrintingSink
@@ -350,3 +351,28 @@ def test_a_jump_to_the_end_of_the_text_keeps_the_number_of_its_last_line(
     said = printed(text + "\n", batches=batches, dialect=dialect)
     last = text.count("\n") + 1
     assert any(f":{last}:1: warning[no-program-end]" in each for each in said), said
+
+
+def test_asin_and_round_of_macros_are_computed_while_they_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    """ASIN gives 0 to 360 degrees; ROUND is to a whole number in a setting, and to the least increment, 0.001 mm, in a word of a length.
+
+    B-63324EN, 15.3. Each line with either ran by itself, which takes a hundred times as long.
+    """
+    by_itself: list[int] = []
+    act = LineRunner._act
+
+    def noted(self: LineRunner, parsed: Any, here: Any) -> None:
+        by_itself.append(here.line)
+        act(self, parsed, here)
+
+    monkeypatch.setattr(LineRunner, "_act", noted)
+    text = (
+        "O1\nF100\n#1=2.\n#1=ASIN[-#1/4.]\n#2=ROUND[#1/100.]+ASIN[1.]\nG1X#1Y#2\nZROUND[1.23456*#1/#1]\nM30\n"
+    )
+    moves = [line for line in printed(text, batches=True, dialect="fanuc") if "STRAIGHT_FEED" in line]
+    assert [line.split("(")[1].split(", ")[:3] for line in moves] == [
+        ["330.0000", "93.0000", "0.0000"],
+        ["330.0000", "93.0000", "1.2350"],
+    ]
+    assert by_itself == [7]
+    assert printed(text, batches=True, dialect="fanuc") == printed(text, batches=False, dialect="fanuc")

@@ -60,9 +60,9 @@ class Computing:
             parameters, dialect = self._parameters, self._control.ip.dialect
             meant, leads = None, None
             if dialect == "fanuc":
-                from cncgen.gcode.text.expressions import FANUC, OF_WORDS
+                from cncgen.gcode.text.expressions import FANUC
 
-                meant = {**FANUC.replaced, **OF_WORDS}
+                meant = FANUC.replaced
                 leads = partial(self._leads, source)
             computer = self._computers[source] = gcode_run.Computer(
                 self._sources[source].bytes, new_parser(dialect),

@@ -115,18 +115,15 @@ _LITERALS = names_of({name: number for name, number in codes.LITERALS.items() if
 LINUXCNC = Arithmetic({number: _LITERALS[number] for number in range(codes.ABS, codes.TAN + 1)}, "[]")
 #: Macro B: vacant operands, FIX and FUP by magnitude, AND OR XOR of the bits of whole numbers (B-63324EN, 15.3).
 FANUC = _Macro(
-    {**LINUXCNC.names, codes.TRUNC: "FIX", codes.AWAY: "FUP", codes.BIN: "BIN", codes.BCD: "BCD"},
+    {**LINUXCNC.names, codes.TRUNC: "FIX", codes.AWAY: "FUP", codes.TURN_OF_SINE: "ASIN", codes.BIN: "BIN", codes.BCD: "BCD"},
     "[]",
     {
         codes.AND: codes.BITS_AND, codes.OR: codes.BITS_OR, codes.XOR: codes.BITS_XOR, codes.MOD: codes.REMAINDER,
         codes.EQ: codes.EQUAL, codes.NE: codes.UNEQUAL, codes.FIX: codes.TRUNC, codes.FUP: codes.AWAY, codes.SQR: codes.SQRT,
-        codes.RND: codes.ROUND, codes.ANGLE_OF: codes.TURN_OF,
+        codes.RND: codes.ROUND, codes.ANGLE_OF: codes.TURN_OF, codes.ASIN: codes.TURN_OF_SINE,
     },
     fills=True,
 )  # fmt: skip
-
-#: Functions of Macro B that the kernel leaves alone: angles of 0 to 360 degrees, and ROUND, which hangs on its word.
-OF_WORDS = dict.fromkeys((codes.ASIN, codes.ROUND, codes.RND), 0)
 
 #: Operators of Heidenhain and SINUMERIK by their numbers, functions by theirs and how many values they take; the kernel that reads lines
 #: takes both from here.
@@ -193,9 +190,6 @@ def unary(function: int, a: Operand, arithmetic: Arithmetic = LINUXCNC) -> Any:
         raise BlockError("unknown-function", f"{_LITERALS[function]}[…] is not a function of this dialect")
     found = begun(a, arithmetic)
     found.apply(codes.FUNCTION, number)
-    if number == codes.ASIN and arithmetic is FANUC:
-        found.add(360.0)
-        found.apply(codes.BINARY, codes.MOD)
     return _known(found) if isinstance(a, float) else found
 
 
