@@ -67,7 +67,7 @@ _PATTERNS = {
 }  # fmt: skip
 
 
-#: What codes of Haas with these numbers set, which measure where no cycle is in force ("G35", "G36").
+#: Values that codes of Haas with these numbers measure and set, outside of cycles ("G35", "G36").
 _MEASURES = {350: "the tool's diameter", 360: "the origin"}
 
 
