@@ -82,6 +82,13 @@ _SLASH = _Doubt(
     "/ stands first in a block that may be left out; a quotient stands in brackets",
     (b"/",),
 )
+#: A condition with words behind it, which parts of conditions, jumps and THEN are not.
+_NO_THEN = _Doubt(
+    _BEFORE + rb"IF[ \t]*\[[^\n]*\][ \t]*(?P<word>(?!THEN|GO|AND|OR|XOR|EQ|NE|GT|GE|LT|LE|MOD)[A-Z])",
+    "words behind a condition without THEN run where it holds, as on Haas's controls; those of FANUC refuse them",
+    "IF[#1 EQ 2] THEN #3=4, or IF[#1 NE 2] GOTO 10 around the block, is read by both",
+    (b"IF",),
+)
 _OKUMA = _Doubt(
     _BEFORE + rb"(?P<word>G1[56])[ \t]*H[ \t]*\d",
     "G15 H chooses a coordinate system on Okuma's controls, whose language is not read; here it ends polar coordinates",
@@ -263,6 +270,7 @@ def _doubts(
         asked.append(
             _lengths(head, lines, dialect == "fanuc") if language_of(dialect) == "fanuc" else _INCREMENTS
         )
+    asked += [_NO_THEN] if language_of(dialect) == "fanuc" else []
     found = [(doubt, doubt.found(head, lines)) for doubt in asked]
     if language_of(dialect) == "fanuc":
         import re

@@ -31,6 +31,11 @@ def said(run: Callable[..., Outcome], text: str, dialect: str = "fanuc") -> list
         ("G0 X10.; G1 X20. F100.\nM30;", [(1, 8)]),
         ("G0 X10. ; the wall\n; G2 is next\nM30;", [(2, 1)]),
         ("G0 X10.;\nM30;", []),
+        # Haas's controls need no THEN.
+        (
+            "#1=1\nIF[[#1EQ1]AND[#2LT[#3+1]]]THEN#4=[1]\nN5 IF [#1 EQ 1] GOTO9\nIF[[#1EQ1]OR[#2EQ1]]#4=2\nIF[#1EQ1]S900\nN9IF[#1EQ2]M99\nM30",
+            [(5, 10)],
+        ),
         # Whole numbers that end in a point are written for controls that count least increments without one (M700V manual, 5.3, type I).
         ("G0 X10. Y0\nX12.5 Y-30\nM30", [(2, 7)]),
         ("G0 X12.5 Y-30\nM30", []),

@@ -63,6 +63,9 @@ def _pocket(loop: list[tuple[float, float]], first: tuple[float, float]) -> list
          [(0, 0, 2, 0), (-3.5, 0, 2, 0), (-3.5, 0, -37, 750), (0, 0, -37, 0), (0, 0, -30, 200), (0, 0, -37, 750), (-3.5, 0, -37, 0), (-3.5, 0, 2, 750), (0, 0, 2, 0),
           (0, 0, 20, 0)]),
         (DEEP + HEIGHTS + "\nCYCL CALL", [(0, 0, 2, 0), (0, 0, -28, 750), (0, 0, -80, 150), (0, 0, 2, 900), (0, 0, 20, 0)]),
+        # Q435: the hole waits 70 below the surface, and goes on at half the feed.
+        (DEEP + HEIGHTS + " ~\n Q211=+0.5 ~\n Q435=+70 ~\n Q401=+50\nCYCL CALL",
+         [(0, 0, 2, 0), (0, 0, -28, 750), (0, 0, -70, 150), (0, 0, -80, 75), (0, 0, 2, 900), (0, 0, 20, 0)]),
         # Patterns: a point, a row turned by 90 degrees whose surface is 1 higher, half a circle, a grid to and fro.
         (f"PATTERN DEF POS1 (X+10 Y+5 Z+0) ~\n ROW1 (X+0 Y+0 D+4 NUM2 ROT+90 Z+1)\n{CENTRE}\nCYCL CALL PAT FMAX M3",
          [p for x, y, z in ((10, 5, 0), (0, 0, 1), (0, 4, 1)) for p in [*([(10, 5, 0, 0)] if y == 5 else [(x, y, 20 + z * (y == 4), 0)]), *_hole(x, y, z)]]),
@@ -84,6 +87,7 @@ def test_motions(moves: Any, body: str, expected: list[Any]) -> None:
         (BOW.format(width=6, count=1, sense=1) + "\nCYCL CALL", "cycle-tool"),
         (BOW.format(width=8, count=1, sense=1).replace("Q367=+0", "Q367=+4") + "\nCYCL CALL", "cycle-words"),
         (BOW.format(width=8, count=1, sense=1).replace("Q207=+500", "Q207=+0") + "\nCYCL CALL", "feed-missing"),
+        (DEEP + HEIGHTS + " ~\n Q435=+90\nCYCL CALL", "cycle-words"),
         (BORE.replace("Q214=+1", "Q214=+0") + HEIGHTS + "\nCYCL CALL", "cycle-words"),
         (f"{CENTRE}\nCYCL CALL PAT", "cycle-missing"),
         ("PATTERN DEF POS1 (X+10)", "cycle-words"),
@@ -212,3 +216,9 @@ def test_finishing_without_an_allowance_is_told(run: Any, tmp_path: Path) -> Non
     out = run(f"{PLAIN}{body}\nCYCL CALL\n9 END PGM T MM\n", tool_table=tmp_path / "t.tbl")
     assert [d.code for d in out.diagnostics if d.severity == "warning"] == ["cycle-idle"]
     assert out.path.end[out.path.kind < 3][:, 2].min() >= 0
+
+
+def test_infeeds_of_deep_drilling_are_told(run: Any) -> None:
+    """Q202 of 241 was passed over without a word."""
+    out = run(f"{PLAIN}{DEEP}{HEIGHTS} ~\n Q202=+20\nCYCL CALL\n9 END PGM T MM\n")
+    assert [d.code for d in out.diagnostics if d.severity == "warning"] == ["cycle-peck"]

@@ -184,3 +184,78 @@ def test_places_of_the_tool(moves: Any, cycle: str, place: int, way: complex, tu
     cuts = [move for move in there if move[3]]
     assert cuts == [move for move in usual if move[3]]
     assert there[-1][:2] == (50, 40)
+
+
+POLYGON = (
+    "CYCL DEF 258 STUD ~\n Q573={around} ~\n Q571={size} ~\n Q222=+20 ~\n Q572=+4 ~\n Q224=+45 ~\n Q220={corner} ~\n Q215={mode} ~\n "
+    "Q385=+200 ~\n Q338=+0 ~\n Q369=+0 ~\n " + COMMON.format(depth=3).replace("Q368=+0", "Q368={left}")
+)
+
+
+def _square(off: float, corner: float = 0.0) -> list[tuple[float, float]]:
+    """Return the way around a square of 20 at a distance, clockwise from the middle of the corner at 45 degrees."""
+    flat, side = 10 - corner, 10 + off
+    begin = flat + (corner + off) / 2**0.5
+    ends = [(side, flat), (side, -flat), (flat, -side), (-flat, -side), (-side, -flat), (-side, flat), (-flat, side), (flat, side)]  # fmt: skip
+    return [(begin, begin), *ends, (begin, begin)]
+
+
+@pytest.mark.parametrize(
+    ("given", "loops"),
+    [
+        ({}, [(300, _square(4))]),
+        # The same square within a circle of 20 sqrt 2.
+        ({"around": 1, "size": 20 * 2**0.5}, [(300, _square(4))]),
+        # Corners rounded by 2 have their middles 8 from both sides, and arcs of 6.
+        ({"corner": 2}, [(300, _square(4, 2))]),
+        # 1 stays on the wall, and is taken at Q385 (all), or stays (roughing), or is taken alone (finishing).
+        ({"left": 1}, [(300, _square(5)), (200, _square(4))]),
+        ({"left": 1, "mode": 1}, [(300, _square(5))]),
+        ({"left": 1, "mode": 2}, [(200, _square(4))]),
+    ],
+)
+def test_a_stud_of_four_sides(moves: Any, given: dict[str, float], loops: list[Any]) -> None:
+    """The tool comes along the diagonal from 2 mm beside what sticks out farthest, the blank's circle of 20 or the corner."""
+    corner = given.get("corner", 0)
+    values = {"around": 0, "size": 20, "corner": 0, "mode": 0, "left": 0, **given}
+    found = moves(f"{PLAIN}{POLYGON.format(**values)}\nCYCL CALL\n9 END PGM T MM\n")
+    beside = (max(10.0, (10 - corner) * 2**0.5 + corner) + 4 + 2) / 2**0.5
+    expected = [(beside, beside, 0, 0), (beside, beside, 2, 0)]
+    for feed, loop in loops:
+        expected += [(beside, beside, -3, 100), *[(x, y, -3, feed) for x, y in loop]]
+        expected += [(beside, beside, -3, feed), (beside, beside, 2, 0)]
+    expected += [(beside, beside, 20, 0), (0, 0, 20, 0)]
+    assert found == [pytest.approx(move, abs=1e-6) for move in expected]
+
+
+def test_loops_of_a_polygon_come_in_from_the_blank(moves: Any) -> None:
+    """A hexagon about a circle of 20 out of 36: 8 aside are two loops of 4, whose flats are 18 and 14 from the middle; up-cut goes left first."""
+    values = {"around": 0, "size": 20, "corner": 0, "mode": 0, "left": 0}
+    body = POLYGON.format(**values).replace("Q222=+20", "Q222=+36").replace("Q572=+4", "Q572=+6")
+    found = moves(
+        f"{PLAIN}{body.replace('Q224=+45', 'Q224=+0').replace('Q351=+1', 'Q351=-1')}\nCYCL CALL\n9 END PGM T MM\n"
+    )
+    flats = sorted({abs(y) for x, y, z, feed in found if feed == 300 and abs(x) < 8})
+    assert flats == pytest.approx([14, 18])
+    first = [move[1] for move in found if move[3] == 300][1]
+    assert first > 0.0
+
+
+@pytest.mark.parametrize(
+    ("word", "code"),
+    [
+        ("Q572=+2", "cycle-words"),
+        ("Q573=+2", "cycle-words"),
+        ("Q215=+3", "cycle-words"),
+        ("Q220=-1", "unsupported-block"),
+        ("Q220=+10", "cycle-words"),
+        ("Q222=+19", "cycle-words"),
+        ("Q207=+0", "feed-missing"),
+    ],
+)
+def test_wrong_studs_of_several_sides(run: Any, tmp_path: Path, word: str, code: str) -> None:
+    body = POLYGON.format(around=0, size=20, corner=0, mode=0, left=0)
+    table = tmp_path / "tool.tbl"
+    table.write_text("T1 P1 D8\n")
+    out = run(f"{PLAIN}{body} ~\n {word}\nCYCL CALL\n9 END PGM T MM\n", tool_table=table)
+    assert out.errors[0][0] == code

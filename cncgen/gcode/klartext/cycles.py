@@ -17,7 +17,16 @@ from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.codes.steps import MOST, steps_of
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.klartext import contour_cycles, engraving, finishing, programs, slots, studs, threads
+from cncgen.gcode.klartext import (
+    contour_cycles,
+    engraving,
+    finishing,
+    polygon_stud,
+    programs,
+    slots,
+    studs,
+    threads,
+)
 from cncgen.gcode.klartext.hole_cycle import FASTEST, HoleCycle, Z
 from cncgen.gcode.text.plain_language import Raw, words_of
 
@@ -379,7 +388,11 @@ def _back_bore(cycle: HoleCycle) -> None:
 
 
 def _single_lip(cycle: HoleCycle) -> None:
-    """241: to Q200 above the deepened start Q379 at Q253 with the spindle at Q427, down at Q206 with it at Q428, out at Q208."""
+    """241: to Q200 above the deepened start Q379 at Q253 with the spindle at Q427, down at Q206 with it at Q428, out at Q208.
+
+    Below the dwell depth Q435, where it waits Q211, it goes at Q401 percent of Q206. The control clears chips between infeeds of Q202 at a
+    height that its manual gives only for deepened starts; here they are one.
+    """
     q, ip = cycle.q, cycle.ip
     turn = {3: 1, 4: -1, 5: 0}.get(round(q[426]), ip.state.direction)
     cycle.go(cycle.start, rapid=True)
@@ -390,7 +403,18 @@ def _single_lip(cycle: HoleCycle) -> None:
         cycle.go(q[203] - q[379] + q[200], rapid=False)
     if q[428] > 0.0:
         ip.sink.set_spindle(q[428], turn or 1)
+    if 0.0 < q[202] < -q[201]:
+        message = f"{cycle.name} drills in one go: how far it comes back between infeeds of Q202 = {q[202]:g} is not read"
+        ip.warn_once(
+            BlockError("cycle-peck", message, "CYCL", hint="cycle 205 drills in infeeds"), Severity.WARNING
+        )
     cycle.feed(q[206], "Q206")
+    if q[435]:
+        message = f"the dwell depth Q435 = {q[435]:g} of {cycle.name} is not between the surface and the depth Q201 = {q[201]:g}"
+        refuse("CYCL", (not 0.0 < abs(q[435]) < -q[201], "cycle-words", message, "0 is none"))
+        cycle.go(q[203] - abs(q[435]), rapid=False)
+        cycle.dwell(q[211])
+        cycle.feed(q[206] * (q[401] or 100.0) / 100.0, "Q401")
     cycle.go(cycle.bottom, rapid=False)
     cycle.dwell(q[211])
     if q[427] > 0.0:
@@ -403,26 +427,30 @@ _RUN: dict[int, Callable[[HoleCycle], None]] = {
     200: _drill, 201: _ream, 202: _bore, 203: _universal, 204: _back_bore, 205: _peck, 206: _tap_floating, 207: _tap, 208: _bore_milling,
     209: _tap_breaking, 240: _centre, 241: _single_lip, 251: _rectangle, 252: _round, 253: _slot, 225: engraving.engrave, 254: slots.bows, **threads.RUN, **finishing.RUN,
 }  # fmt: skip
+_FROM_OUTSIDE = {**studs.RUN, **polygon_stud.RUN}
 #: Patterns, which run at once.
 PATTERNS = (220, 221)
 #: By number, what parameters are on a control whose cycle lacks them: a face is counted from the tool's place, the tool goes from place to
 #: place at the second clearance, straight, begins to the right of a stud, and drills to the depth with its tip.
 _LACKING = {
     studs.FACE: {367.0: -1.0}, 220: {301.0: 1.0, 365.0: 0.0}, 221: {301.0: 1.0}, 256: {437.0: 0.0}, 257: {376.0: 0.0}, **{number: {395.0: 0.0} for number in _TO_THE_TIP},
+    241: {202.0: 0.0, 395.0: 0.0, 435.0: 0.0},
 }  # fmt: skip
 _CONTOURS = (*contour_cycles.RUN, contour_cycles.TRAIN)
-READ = tuple(sorted((*_OLD, *_RUN, programs.CYCLE, *studs.RUN, *PATTERNS, *contour_cycles.DATA, *_CONTOURS)))
+READ = tuple(
+    sorted((*_OLD, *_RUN, programs.CYCLE, *_FROM_OUTSIDE, *PATTERNS, *contour_cycles.DATA, *_CONTOURS))
+)
 
 
 #: Cycles that do nothing without a depth Q201.
-_NO_DEPTH = (200, 201, 202, 203, 205, 206, 207, 208, 209, 210, 211, 212, 213, 214, 215, 225, 240, 241, 251, 252, 253, 254, 256, 257, 262, 265, 267)  # fmt: skip
+_NO_DEPTH = (200, 201, 202, 203, 205, 206, 207, 208, 209, 210, 211, 212, 213, 214, 215, 225, 240, 241, 251, 252, 253, 254, 256, 257, 258, 262, 265, 267)  # fmt: skip
 
 
 #: The cycle in force after one that is not read, whose calls tell nothing more.
 _NOT_READ = -1
 #: By number, the task of each cycle that is not read.
 _UNREAD: tuple[tuple[Sequence[int], str], ...] = (
-    ((258,), "a stud of several sides"), ((270,), "the ways to and from a contour train"),
+    ((270,), "the ways to and from a contour train"),
     ((271, 272, 273, 274, 277, *range(1271, 1283)), "contours in trochoids, OCM"), ((275,), "a slot in trochoids"), ((276,), "a contour train in space"),
     ((27, 28, 29, 39), "contours on the surface of a cylinder"), ((30,), "points of digitising"), ((285, 286, 287, 880), "gears"), ((291, 292), "turning by interpolation"),
     (range(400, 500), "probing, which TCH PROBE has"), (range(800, 900), "turning"), (range(1000, 1100), "grinding"),
@@ -477,8 +505,8 @@ def call(ip: Interpreter, here: Block) -> None:
             hint = "the tool table has no angle of a point: Q395=0 and a depth Q201 with the point leave no doubt"
             ip.warn_once(BlockError("tool-assumed", message, "CYCL", hint=hint), Severity.WARNING)
         _RUN[number](HoleCycle(ip, f"cycle {number}", levels))
-    elif number in studs.RUN:
-        studs.RUN[number](ip, f"cycle {number}")
+    elif number in _FROM_OUTSIDE:
+        _FROM_OUTSIDE[number](ip, f"cycle {number}")
     else:
         hint = "CYCL DEF gives it before"
         raise BlockError("cycle-missing", "no cycle to call", "M99", hint=hint)
