@@ -244,6 +244,49 @@ def test_a_contour_train_goes_to_and_fro(run: Run, tools: Path) -> None:
     assert found[1:] == [[0, -3, 50], [0, -3, -2], [30, -3, -2], [30, -3, -4], [0, -3, -4], [0, -3, 50]]
 
 
+WAYS = "CYCL DEF 270 WAYS ~\n Q390={kind} ~\n Q391={side} ~\n Q392=+5 ~\n Q393=+90 ~\n Q394=+4\n"
+TRAIN = f"TOOL CALL 1 Z S500\nCYCL DEF 14.0 CONTOUR\nCYCL DEF 14.1 CONTOUR LABEL 1\n{{ways}}CYCL DEF 25 TRAIN ~\n Q1=-2 ~\n Q3=+1 ~\n Q5=+0 ~\n Q7=+50 ~\n{FEEDS} ~\n Q15=1\nCYCL CALL"
+
+
+@pytest.mark.parametrize(
+    ("kind", "side", "points"),
+    [
+        # A tool of 4 with 1 beside the contour is 3 to its left or right; a quarter of radius 5 comes from there.
+        (1, 1, [(-5, 8), (0, 3), (30, 3), (35, 8)]),
+        (1, 2, [(-5, -8), (0, -3), (30, -3), (35, -8)]),
+        (2, 2, [(-4, -3), (0, -3), (30, -3), (34, -3)]),
+        (2, 0, [(-4, 0), (0, 0), (30, 0), (34, 0)]),
+        (3, 1, [(0, 7), (0, 3), (30, 3), (30, 7)]),
+        (0, 1, [(0, 3), (30, 3)]),
+    ],
+)
+def test_ways_to_and_from_a_contour_train(
+    run: Run, tools: Path, kind: int, side: int, points: list[tuple[float, float]]
+) -> None:
+    """The side of 270 is that of the contour, which has none then (TNC 640, user's manual for cycles, "CONTOUR TRAIN DATA")."""
+    found = ends(
+        run,
+        TRAIN.format(ways=WAYS.format(kind=kind, side=side)),
+        "LBL 1\nL X+0 Y+0\nL X+30\nLBL 0",
+        tool_table=tools,
+    )
+    first, last = points[0], points[-1]
+    assert found[1:] == [[*first, 50], *[[x, y, -2] for x, y in points], [*last, 50]]
+
+
+@pytest.mark.parametrize(
+    ("ways", "code"),
+    [
+        (WAYS.format(kind=1, side=0), "unsupported-block"),
+        (WAYS.format(kind=4, side=1), "cycle-words"),
+        (WAYS.format(kind=1, side=3), "cycle-words"),
+        (WAYS.format(kind=1, side=1).replace("Q392=+5", "Q392=+0"), "cycle-words"),
+    ],
+)
+def test_wrong_ways_to_a_contour_train(run: Run, tools: Path, ways: str, code: str) -> None:
+    assert codes(run, TRAIN.format(ways=ways), "LBL 1\nL X+0 Y+0\nL X+30\nLBL 0", tool_table=tools) == [code]
+
+
 @pytest.mark.parametrize(
     ("contours", "labels", "code"),
     [

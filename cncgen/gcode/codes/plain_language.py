@@ -61,6 +61,7 @@ class Plain:
         sizes: Length and diameter, before oversizes, of the tools that had some.
         defined: The tools whose sizes TOOL DEF gave.
         labels: The contours of cycle 14, and `contour`, what reads one: its segments, and the side of the tool.
+        train_ways: Whether cycle 270 has given the side and the ways to and from a contour train.
         paraxial: 1 where lines along one axis go the radius of the tool further (R+), -1 where they end so far before (R-), else 0.
         texts: Texts by the number of their parameter QS, as far as they are known.
         spatial: The spatial angles A B C, degrees, to which rotary words turn the tool under AXIS SPAT; None where they are positions of axes.
@@ -86,6 +87,7 @@ class Plain:
     texts: dict[int, str] = field(default_factory=dict)
     labels: list[str] = field(default_factory=list)
     contour: Callable[[str], tuple[list[Segment], int]] | None = None
+    train_ways: bool = False
 
     @classmethod
     def of(cls, ip: Interpreter) -> Plain:

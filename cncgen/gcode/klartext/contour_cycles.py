@@ -1,4 +1,5 @@
-"""SL cycles of Heidenhain's plain language: 14 names the contours, 20 has their data, 21 to 24 drill, rough and finish them, 25 is an open one.
+"""SL cycles of Heidenhain's plain language: 14 names the contours, 20 has their data, 21 to 24 drill, rough and finish them, 25 is an open one,
+270 has the ways to and from it.
 
 The contours are subprograms; the side of RL or RR tells pockets from islands (iTNC 530, user's manual for cycles, "SL cycles"). Walls,
 levels, allowances and feeds are the cycles'; the rows that clear a pocket are our own.
@@ -6,11 +7,14 @@ levels, allowances and feeds are the cycles'; the rows that clear a pocket are o
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import cmath
+import math
+from collections.abc import Callable, Sequence
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.contour_pockets import area, around, check, clear, closed, rows, walls
 from cncgen.gcode.codes.flat_cutter import FlatCutter
+from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.codes.pockets import Clearing
 from cncgen.gcode.codes.turning_profiles import Segment, backwards, moved_aside
 from cncgen.gcode.errors import BlockError, refuse
@@ -150,14 +154,56 @@ def pilot(contours: Contours) -> None:
     contours.end()
 
 
+def _one_of(q: Sequence[float], number: int, count: int) -> int:
+    """Return a parameter of cycle 270 that is one of so many kinds."""
+    kind, message = round(q[number]), f"Q{number} = {q[number]:g} of cycle 270 is not 0 to {count - 1}"
+    hint = "Q390: 1 is an arc, 2 a line, 3 at right angles; Q391: 1 is left (RL), 2 right (RR)"
+    refuse("CYCL", (not 0 <= kind < count, "cycle-words", message, hint))
+    return kind
+
+
+def _with_ways(path: list[Segment], q: Sequence[float], side: int) -> list[Segment]:
+    """Return a path with ways to its start and from its end, as Q390 says.
+
+    1 is an arc of radius Q392 over the angle Q393, 2 a line straight on, 3 one at right angles, both of length Q394; arcs and right angles
+    lie on the tool's side.
+    """
+    kind = _one_of(q, 390, 4)
+    if kind == 0:
+        return path
+    first, last = path[0], path[-1]
+    begin, end = first.heading(first.start), last.heading(last.end)
+    size, angle = (q[392], q[393]) if kind == 1 else (q[394], 1.0)
+    sizes = f"cycle 270 has the radius Q392 = {q[392]:g}, the angle Q393 = {q[393]:g}, the distance Q394 = {q[394]:g}"
+    beside = "an arc and a right angle lie on the side of RL or RR, and Q391 = 0 has none"
+    refuse(
+        "CYCL",
+        (size <= 0.0 or not 0.0 < angle < 360.0, "cycle-words", sizes, "those that Q390 needs are above 0"),
+        (side == 0 and kind != 2, "unsupported-block", f"Q390 = {kind} of cycle 270 without a side is not read", beside),
+    )  # fmt: skip
+    if kind == 1:
+        middles = (first.start + 1j * side * size * begin, last.end + 1j * side * size * end)
+        turn = cmath.rect(1.0, math.radians(angle) * side)
+        on = Segment(middles[0] + (first.start - middles[0]) / turn, first.start, middles[0], side)
+        off = Segment(last.end, middles[1] + (last.end - middles[1]) * turn, middles[1], side)
+    else:
+        away = [-begin, end] if kind == 2 else [1j * side * begin, 1j * side * end]
+        on = Segment(first.start + size * away[0], first.start)
+        off = Segment(last.end, last.end + size * away[1])
+    return [on, *path, off]
+
+
 def train(ip: Interpreter, name: str, labels: list[str], read: Read) -> None:
-    """25: along one open contour, Q3 off it, level by level; Q15 goes to and fro (0) or in one direction."""
+    """25: along one open contour, Q3 off it, level by level; Q15 goes to and fro (0) or in one direction; 270 has the side and the ways on and off."""
     q, radius = ip.parameters.numbers, ip.tool_radius()
     wrong = len(labels) != 1 or q[1] >= 0.0 or min(q[11], q[12]) <= 0.0
     message = f"{name} has {len(labels)} contours, the depth Q1 = {q[1]:g}, the feeds Q11 = {q[11]:g} and Q12 = {q[12]:g}"
     refuse(name, (wrong, "cycle-words", message, "one label of cycle 14, Q1 below 0, feeds above 0"))
     contour, where = read(labels[0])
+    ways = Plain.of(ip).train_ways
+    where = (0, 1, -1)[_one_of(q, 391, 3)] if ways else where
     path = moved_aside(contour, radius + q[3], where > 0) if where else contour
+    path = _with_ways(path, q, where) if ways else path
     way = FlatCutter(ip)
     way.to(z=max(ip.state.position[2], q[7]), rapid=True)
     for k, level in enumerate(infeeds(q[5], q[5] + q[1], abs(q[10]), name, "Q10")):
@@ -174,6 +220,6 @@ def train(ip: Interpreter, name: str, labels: list[str], read: Read) -> None:
     ip.sink.set_feed_rate(ip.state.feed)
 
 
-#: Cycles that CYCL CALL runs; 14 and 20 are data.
+#: Cycles that CYCL CALL runs; 14, 20 and 270 are data.
 RUN: dict[int, Callable[[Contours], None]] = {21: pilot, 22: rough, 23: floor, 24: side}
-DATA, TRAIN = (14, 20), 25
+DATA, TRAIN, WAYS = (14, 20, 270), 25, 270

@@ -450,7 +450,7 @@ _NO_DEPTH = (200, 201, 202, 203, 205, 206, 207, 208, 209, 210, 211, 212, 213, 21
 _NOT_READ = -1
 #: By number, the task of each cycle that is not read.
 _UNREAD: tuple[tuple[Sequence[int], str], ...] = (
-    ((270,), "the ways to and from a contour train"),
+
     ((271, 272, 273, 274, 277, *range(1271, 1283)), "contours in trochoids, OCM"), ((275,), "a slot in trochoids"), ((276,), "a contour train in space"),
     ((27, 28, 29, 39), "contours on the surface of a cylinder"), ((30,), "points of digitising"), ((285, 286, 287, 880), "gears"), ((291, 292), "turning by interpolation"),
     (range(400, 500), "probing, which TCH PROBE has"), (range(800, 900), "turning"), (range(1000, 1100), "grinding"),
@@ -465,6 +465,7 @@ def define(ip: Interpreter, number: int) -> None:
         ip.warn(BlockError("cycle-idle", message, "CYCL", hint=hint), Severity.NOTE)
         return
     if number in contour_cycles.DATA:
+        Plain.of(ip).train_ways |= number == contour_cycles.WAYS
         return
     Plain.of(ip).cycle = 0
     for parameter, value in _LACKING.get(number, {}).items():
