@@ -244,6 +244,19 @@ def test_a_contour_train_goes_to_and_fro(run: Run, tools: Path) -> None:
     assert found[1:] == [[0, -3, 50], [0, -3, -2], [30, -3, -2], [30, -3, -4], [0, -3, -4], [0, -3, 50]]
 
 
+def test_corners_of_a_pocket_are_rounded_by_q8(run: Run, tools: Path) -> None:
+    """Q8 is the radius of the path of the tool's centre, here 2 off the walls of a square of 20: its middles are 2 + 3 off them."""
+    body = "TOOL CALL 1 Z S500\nCYCL DEF 14.0 CONTOUR\nCYCL DEF 14.1 CONTOUR LABEL 1\n" + DATA.replace(
+        "Q9=+1", "Q9=+1 ~\n Q8={radius}"
+    )
+    body += f"CYCL DEF 24 SIDE ~\n{FEEDS} ~\n Q14=+0\nCYCL CALL"
+    found = ends(run, body.format(radius=3), SQUARE, tool_table=tools)
+    around = [(10, 2), (15, 2), (18, 5), (18, 15), (15, 18), (5, 18), (2, 15), (2, 5), (5, 2), (10, 2)]
+    assert [tuple(end[:2]) for end in found if end[2] == -4.0] == around
+    sharp = run(program(body.format(radius=30), SQUARE), dialect="heidenhain", tool_table=tools)
+    assert [d.code for d in sharp.diagnostics if d.severity == "warning"] == ["corner-size"]
+
+
 WAYS = "CYCL DEF 270 WAYS ~\n Q390={kind} ~\n Q391={side} ~\n Q392=+5 ~\n Q393=+90 ~\n Q394=+4\n"
 TRAIN = f"TOOL CALL 1 Z S500\nCYCL DEF 14.0 CONTOUR\nCYCL DEF 14.1 CONTOUR LABEL 1\n{{ways}}CYCL DEF 25 TRAIN ~\n Q1=-2 ~\n Q3=+1 ~\n Q5=+0 ~\n Q7=+50 ~\n{FEEDS} ~\n Q15=1\nCYCL CALL"
 

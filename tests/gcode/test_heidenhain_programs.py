@@ -8,6 +8,8 @@ from typing import Any
 
 import pytest
 
+from cncgen.toolpath.record import Kind
+
 HEAD = "0 BEGIN PGM T MM\n1 TOOL CALL 1 Z S1000\n"
 TAIL = "\nEND PGM T MM\n"
 DRILL = "CYCL DEF 200 DRILLING ~\n Q200=2 ~\n Q201=-10 ~\n Q206=150 ~\n Q202=10 ~\n Q210=0 ~\n Q203=0 ~\n Q204=20 ~\n Q211=0\n"
@@ -263,3 +265,39 @@ def test_each_axis_has_its_column(run: Any, text: str, axes: str) -> None:
     assert (
         run(f"0 BEGIN PGM T MM\n1 BLK FORM 0.1 Z X+0 Y+0 Z-20\n{text}\n9 END PGM T MM\n").moving_axes == axes
     )
+
+
+def test_boring_steps_off_by_q357_or_0_2_mm_in_programs_in_inches_too(calls: Any) -> None:
+    """In inches 0.2 was an inch's fifth, on the other side of the hole."""
+    cycle = "CYCL DEF 202 BORING ~\n Q200=.1 ~\n Q201=-1 ~\n Q206=10 ~\n Q211=0 ~\n Q208=25 ~\n Q203=0 ~\n Q204=1 ~\n Q214=3"
+    aside = []
+    for unit, more in (("INCH", ""), ("MM", ""), ("MM", " ~\n Q357=0.5"), ("INCH", " ~\n Q357=0.5")):
+        text = f"0 BEGIN PGM A {unit}\nTOOL CALL 1 Z S500\n{cycle}{more}\nL X+1 Y+0 FMAX M99\nM30\nEND PGM A {unit}\n"
+        ends = [
+            line.split("(")[1].split(",")[0]
+            for line in calls(text, dialect="heidenhain")
+            if line.startswith("STRAIGHT")
+        ]
+        aside.append(max(map(float, ends)) - 1.0)
+    assert aside == pytest.approx([0.0079, 0.2, 0.5, 0.5])
+
+
+def test_pecks_of_cycle_1_come_back_by_millimetres_in_programs_in_inches(calls: Any) -> None:
+    """0.6 mm are 0.0236 inch; 2 inches deep it is a fiftieth, 0.04 inch. The first step of 0.4 begins 0.1 below the tool."""
+    for depth, back in ((-1, -0.5 + 0.6 / 25.4), (-2, -0.5 + 0.04)):
+        body = f"CYCL DEF 1.0 PECKING\nCYCL DEF 1.1 SET UP.1\nCYCL DEF 1.2 DEPTH{depth}\nCYCL DEF 1.3 PECKG.4\nCYCL DEF 1.4 DWELL 0\nCYCL DEF 1.5 F10\nM99"
+        found = calls(
+            f"0 BEGIN PGM A INCH\nTOOL CALL 1 Z S500\n{body}\nM30\nEND PGM A INCH\n", dialect="heidenhain"
+        )
+        heights = [float(line.split(",")[2]) for line in found if line.startswith("STRAIGHT_TRAVERSE")]
+        assert next(height for height in heights if height < 0.0) == pytest.approx(back, abs=1e-4)
+
+
+@pytest.mark.parametrize("side", ["RL", "RR"])
+def test_lct_straight_ahead_has_no_arc(run: Any, side: str) -> None:
+    """The way on or off the contour goes on as the contour does: the arc was a full circle."""
+    body = f"L X-20 Y+0 F100\nAPPR LCT X+0 Y+0 R5 {side}\nL X+20\nDEP LCT X+40 Y+0 R5\n"
+    out = run(f"0 BEGIN PGM A MM\n{body}M30\nEND PGM A MM\n", dialect="heidenhain")
+    assert out.errors == []
+    assert set(out.path.kind.tolist()) <= {int(Kind.LINE), int(Kind.EVENT)}
+    assert out.path.end[out.path.kind == Kind.LINE][:, 0].tolist() == [-20, 0, 20, 40]

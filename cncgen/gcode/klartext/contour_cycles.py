@@ -90,7 +90,26 @@ class Contours:
     def around(self, allowance: float, levels: tuple[float, ...]) -> None:
         """Go around every contour."""
         distance, climb = self.radius + allowance, self.q[9] >= 0.0
-        walls(self.ip, around(self.contours, distance, self.name, climb=climb), self.how(levels))
+        ways = around(self.contours, distance, self.name, climb=climb)
+        walls(self.ip, [self._rounded(way, left=climb) for way in ways], self.how(levels))
+
+    def _rounded(self, way: list[Segment], *, left: bool) -> list[Segment]:
+        """Return a way whose inner corners are arcs of the tool's centre of radius Q8: aside by that and back, which rolls around them.
+
+        It stays sharp, with a warning, where such arcs do not fit.
+        """
+        radius = self.q[8]
+        if radius <= 0.0:
+            return way
+        try:
+            return moved_aside(moved_aside(way, radius, left), radius, not left)
+        except BlockError:
+            message = f"arcs of Q8 = {radius:g} do not fit into the corners of {self.name}, which stay sharp"
+            self.ip.warn_once(
+                BlockError("corner-size", message, self.name, hint="a smaller Q8 rounds them"),
+                Severity.WARNING,
+            )
+            return way
 
     def rows(self, allowance: float, levels: tuple[float, ...]) -> None:
         """Clear the pockets in rows."""

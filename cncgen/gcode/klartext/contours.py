@@ -82,6 +82,8 @@ def lengthen(ip: Interpreter, block: Block, marks: Mapping[str, Value]) -> None:
 
 
 _AXES = frozenset("XYZABC")
+#: How far two ends of the arc of LCT are apart where there is none.
+_SAME = 1e-4
 _SIDES = {"R0": 0, "RL": 1, "RR": -1}
 
 
@@ -194,6 +196,9 @@ def _lead(
         return lead_arc(beside, tangent, radius, math.radians(way.value("CCA")), leaving=leaving)
     centre, spin = beside + 1j * tangent * radius, 1 if radius > 0.0 else -1
     touched = _touch(far, centre, abs(radius), spin, leaving=leaving)
+    if abs(touched - beside) < _SAME:
+        # Straight ahead there is no arc; one from a point to itself would be a circle.
+        return Segment(beside, beside)
     ends = (beside, touched) if leaving else (touched, beside)
     return Segment(*ends, centre, spin)
 

@@ -30,7 +30,7 @@ from cncgen.gcode.klartext import (
 from cncgen.gcode.klartext.hole_cycle import FASTEST, HoleCycle, Z
 from cncgen.gcode.text.plain_language import Raw, words_of
 
-#: How far cycle 202 steps off the wall, mm, and by Q214 where to.
+#: How far cycle 202 steps off the wall without Q357, mm, and by Q214 where to.
 _OFF = 0.2
 #: The angle of the point of a centring tool, degrees, where its diameter says how deep it goes.
 _POINT_DEG = 90.0
@@ -64,13 +64,14 @@ def _ream(cycle: HoleCycle) -> None:
 
 
 def _bore(cycle: HoleCycle) -> None:
-    """202: in, off the wall by 0.2 mm where Q214 says so, out at Q208."""
+    """202: in, off the wall by Q357 (0.2 mm on controls that lack it) where Q214 says so, out at Q208."""
     number = cycle.q[214]
     message, hint = f"Q214 = {number:g} of cycle 202 is not within 0 to 4", "0 stays, 1 to 4 are X- Y- X+ Y+"
     refuse("CYCL", (round(number) not in _WAYS, "cycle-words", message, hint))
     cycle.drill()
     place = cycle.place()
-    cycle.to(place + _OFF * _WAYS[round(number)], rapid=True)
+    off = cycle.q[357] if cycle.q[357] >= 0.0 else _OFF / cycle.unit_mm
+    cycle.to(place + off * _WAYS[round(number)], rapid=True)
     cycle.out()
     cycle.end()
     cycle.to(place, rapid=True)
@@ -347,8 +348,8 @@ def _cut_thread(ip: Interpreter, depth: float, pitch: float) -> None:
 
 def _peck_old(cycle: HoleCycle) -> None:
     """1: out after each infeed, and back to 0.6 mm above (depth / 50, at most 7 mm, in holes deeper than 30 mm)."""
-    depth = abs(cycle.q[201])
-    ahead = 0.6 if depth <= 30.0 else min(depth / 50.0, 7.0)
+    depth, mm = abs(cycle.q[201]), 1.0 / cycle.unit_mm
+    ahead = 0.6 * mm if depth <= 30.0 * mm else min(depth / 50.0, 7.0 * mm)
     cycle.feed(cycle.q[206], "F")
     for level in _steps(cycle):
         cycle.go(level, rapid=False)
@@ -434,7 +435,7 @@ PATTERNS = (220, 221)
 #: place at the second clearance, straight, begins to the right of a stud, and drills to the depth with its tip.
 _LACKING = {
     studs.FACE: {367.0: -1.0}, 220: {301.0: 1.0, 365.0: 0.0}, 221: {301.0: 1.0}, 256: {437.0: 0.0}, 257: {376.0: 0.0}, **{number: {395.0: 0.0} for number in _TO_THE_TIP},
-    241: {202.0: 0.0, 395.0: 0.0, 435.0: 0.0},
+    202: {357.0: -1.0}, 241: {202.0: 0.0, 395.0: 0.0, 435.0: 0.0},
 }  # fmt: skip
 _CONTOURS = (*contour_cycles.RUN, contour_cycles.TRAIN)
 READ = tuple(

@@ -65,7 +65,7 @@ def _stud(
     check_feeds(cycle)
     path = PocketPath(ip, pocket, how)
     path.fastest = cycle.fastest
-    off = radius + _BESIDE / (25.4 if ip.state.inches else 1.0)
+    off = radius + _BESIDE / cycle.unit_mm
     x, y = _APPROACHES[approach]
     beside = complex(y * (blank.imag / 2.0 + off), -x * (blank.real / 2.0 + off))
     path.free(beside, side, count, (approach + 1) % 4 if approach else None)
