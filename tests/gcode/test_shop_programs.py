@@ -321,6 +321,59 @@ def test_threads_of_cycle97(moves: Any, angle: str, kind: str, expected: list[tu
     assert all(b[2] == -22.0 and b[0] == a[0] for a, b in cuts)
 
 
+@pytest.mark.parametrize(
+    ("vari", "tail", "expected"),
+    [
+        # As CYCLE97: two cuts and the allowance, one pass more; with one flank the angle's sign is above 0, with both in turn below.
+        (300001, "0", [(19.5, 4), (19.0, 4), (18.8, 4), (18.8, 4)]),
+        (1300101, "45", [(19.5, 3.5), (19.0, 3.0), (18.8, 2.8), (18.8, 2.8)]),
+        (300201, "45", [(19.5, 3.5), (19.0, 5.0), (18.8, 2.8), (18.8, 5.2)]),
+        (300003, "0", [(20 - 2**-0.5, 4), (19, 4), (18.8, 4), (18.8, 4)]),
+        (100001, "0", [(19.5, 4), (19.0, 4)]),
+        (200001, "0", [(18.8, 4), (18.8, 4)]),
+    ],
+)
+def test_threads_of_cycle99(moves: Any, vari: int, tail: str, expected: list[tuple[float, float]]) -> None:
+    """The thread of CYCLE97 above, in the order of a program that a control made: SPL SPD FPL FPD … NRC NID PIT VARI NUMTH SDIS."""
+    text = f"G18 G90 G95 DIAMON\nS500 M3\nG0 X60 Z10\nCYCLE99(0,40,-20,,4,2,1.2,0.2,{tail},0,2,1,2,{vari},1,3)\nM30\n"
+    found = moves(text, dialect="sinumerik")
+    cuts = [(a[:3], b[:3]) for a, b in itertools.pairwise(found) if b[3]]
+    assert [(a[0], a[2]) for a, _ in cuts] == [
+        (pytest.approx(x, abs=1e-6), pytest.approx(z)) for x, z in expected
+    ]
+    assert {b[3] for b in found if b[3]} == {1000.0}
+    # SDIS is how far the tool leaves the thread.
+    assert max(move[0] for move in found[1:]) == 23.0
+
+
+def test_cuts_of_cycle99_by_the_first_one_and_an_angle_by_its_width(moves: Any) -> None:
+    """Equal sections whose first cut is at most 0.5 of 1: four, of 0.5, 0.5 sqrt 2, …; 1.2 aside over a depth of 1.2 is 45 degrees."""
+    text = "G18 G90 G95 DIAMON\nS500 M3\nG0 X60 Z10\nCYCLE99(0,40,-20,40,4,2,1.2,0.2,,0,,,2,300103,1,1,0.5,,,,,,1.2,1,,,,2,0)\nM30\n"
+    found = moves(text, dialect="sinumerik")
+    cuts = [(a[0], a[2]) for a, b in itertools.pairwise(found) if b[3]]
+    assert cuts == [
+        (pytest.approx(20 - d, abs=1e-6), pytest.approx(4 - d, abs=1e-6))
+        for d in (0.5, 0.5**0.5, 0.75**0.5, 1, 1.2)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        ("0,40,-20,,4,2,1.2,0.2,0,0,2,1,2,300011,1", "not-read"),
+        ("0,40,-20,,4,2,1.2,0.2,0,0,2,1,2,900001,1", "not-read"),
+        ("0,40,-20,,4,2,1.2,0.2,0,0,2,1,2,300001,1,1,0,0,0.1", "not-read"),
+        ("0,40,-20,,4,2,1.2,0.2,0,0,2,1,2,300001,1,1,0,0,0,0,0,0,0,3", "not-read"),
+        ("5,40,-20,,4,2,1.2,0.2,0,0,2,1,2,300001,1,1,0,0,0,0,0,0,0,1,,,,2,1", "not-read"),
+        ("0,40,-20,,4,2,1.2,0.2,0,0,0,1,2,300001,1", "thread-words"),
+        ("0,40,-20,,4,2,1.2,0.2,0,0,2,1,2,300007,1", "thread-words"),
+        ("0,40,-20,,4,2,1.2,0.2,0,0,2,1,2,300001,1,1,0,0,0,0,0,0,0,1,,,,1,0", "cycle-plane"),
+    ],
+)
+def test_threads_of_cycle99_that_are_not_read(run: Any, words: str, code: str) -> None:
+    assert run(f"G18 S100 M3\nCYCLE99({words})\nM30\n", dialect="sinumerik").errors[0][:2] == (code, 2)
+
+
 def test_a_chain_of_threads_of_cycle98(moves: Any) -> None:
     """The manual's example (840D, Programming Guide, Cycles, 4.8), two cuts: from 10 before Z0 to 10 behind Z-80, X35.857 there.
 

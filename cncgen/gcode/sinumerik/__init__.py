@@ -10,7 +10,7 @@ motions      one block on the interpreter: modes, words, positions, arcs; `comma
 g_functions  G functions; `feeds_and_tools` feeds, speeds, tools and M functions
 curves       ASPLINE, CSPLINE, POLY
 cycles       CYCLE81 to 86, 840, HOLES1, HOLES2, and CYCLE800, a frame (`cncgen.gcode.codes.affine`); `pockets` POCKET3, POCKET4, SLOT1;
-             `grooves` CYCLE93; `unread_cycles` says what others do
+             `grooves` CYCLE93; `thread_cutting` CYCLE97 to 99; `unread_cycles` says what others do
 
 Motions are those of the interpreter (`cncgen.gcode.interpreter`): a line becomes a block of coordinates in G90, whose codes are in
 its table; words that the interpreter lacks (AC IC, polar words, CR, CIP) are worked out here.

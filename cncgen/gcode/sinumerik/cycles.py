@@ -1,4 +1,4 @@
-"""Drilling cycles of SINUMERIK, CYCLE81 to CYCLE89 and CYCLE840, CYCLE97 and CYCLE98, and patterns HOLES1 and HOLES2.
+"""Drilling cycles of SINUMERIK, CYCLE81 to CYCLE89 and CYCLE840, and patterns HOLES1 and HOLES2.
 
 Parameters stand in the order of the manual (840D sl, "Programming cycles externally"): RTP retraction plane, RFP reference plane, SDIS
 safety clearance (added to RFP, without sign), DP depth or DPR depth from RFP (without sign), then those of each cycle. Empty ones are 0.
@@ -12,7 +12,6 @@ import math
 import operator
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any, SupportsIndex
 
 from cncgen.gcode.block import AXES
@@ -30,8 +29,6 @@ Values = list[Scalar | None]
 #: The distance that CYCLE83 keeps from the last depth, mm: that part of the way down to it, within bounds; how far it goes back to
 #: break chips, mm.
 _AHEAD, _LEAST_AHEAD, _MOST_AHEAD, _BREAK = 1.0 / 50.0, 0.6, 7.0, 1.0
-#: How far CYCLE97 and CYCLE98 leave their thread, mm.
-_OFF_THREAD = 1.0
 #: GMODE of drilling, whose depth is that of the shank.
 _SHANK = 10
 
@@ -221,76 +218,6 @@ def _depths(hole: Hole, first: float, degression: float, least: float, name: str
     return depths
 
 
-def _turned_thread(motions: Motions, name: str, values: Values) -> None:
-    """CYCLE97: PIT MPIT SPL FPL DM1 DM2 APP ROP TDEP FAL IANG NSP NRC NID VARI NUMT."""
-    ends = [(filled(values, 2), filled(values, 4) / 2.0), (filled(values, 3), filled(values, 5) / 2.0)]
-    pitches = [_pitch(name, given(values, 1), given(values, 0))]
-    _cut_threads(motions, name, ends, pitches, values[6:14], filled(values, 14), filled(values, 15))
-
-
-def _thread_chain(motions: Motions, name: str, values: Values) -> None:
-    """CYCLE98: PO1 DM1 PO2 DM2 PO3 DM3 PO4 DM4 APP ROP TDEP FAL IANG NSP NRC NID PP1 PP2 PP3 VARI NUMTH; points that coincide leave a section out."""
-    ends = [(filled(values, k), filled(values, k + 1) / 2.0) for k in range(0, 8, 2)]
-    sections = [k for k in (1, 2, 3) if ends[k] != ends[k - 1]]
-    pitches = [_pitch(name, None, given(values, 15 + k)) for k in sections]
-    kept = [ends[0], *(ends[k] for k in sections)]
-    _cut_threads(motions, name, kept, pitches, values[8:16], filled(values, 19), filled(values, 20))
-
-
-def _cut_threads(
-    motions: Motions,
-    name: str,
-    ends: list[tuple[float, float]],
-    pitches: list[float],
-    how: Values,
-    kind: float,
-    starts: float,
-) -> None:
-    """Cut threads of a lead each from end to end (Z, radius), in one go: APP ROP TDEP FAL IANG NSP NRC NID, VARI and NUMT.
-
-    NRC cuts of equal depth (VARI 1 outside, 2 inside) or equal section (3, 4) at IANG along a flank, or both in turn below 0; then the
-    allowance FAL, and NID passes more. The tool leaves the thread by 1 mm. The angle of the spindle at the start (NSP, NUMT) moves no axis.
-    (840D, Programming Guide, Cycles, 4.7 and 4.8; 808D turning, 01/2017, p. 205)
-    """
-    depth, allowance, angle = (filled(how, k) for k in (2, 3, 4))
-    cuts, idle, kind, starts = round(filled(how, 6)), round(filled(how, 7)), round(kind), round(starts) or 1
-    (start, _), (finish, _) = ends[0], ends[-1]
-    way, side = math.copysign(1.0, finish - start), 1.0 if kind in (1, 3) else -1.0
-    parts = list(pairwise(ends))
-    faults = (
-        (motions.ip.state.plane != 18, "works in the plane G18", "G18 stands before it"),
-        (start == finish, "has no length: it ends where it begins", "its points are where it begins and ends"),
-        (min(radius for _, radius in ends) <= 0.0, "has no diameter", "DM1, DM2 … are the diameters at its points"),
-        (not 0.0 <= allowance < depth, f"has the depth {depth:g} and the allowance {allowance:g}", "TDEP is above FAL"),
-        (not 1 <= cuts <= MOST, f"has {cuts} cuts", "NRC counts them"),
-        (not 0 <= idle <= MOST or not 1 <= starts <= 100, "has a wrong number of passes or starts", "NID, NUMT"),
-        (kind not in (1, 2, 3, 4), f"has VARI = {kind}", "VARI is 1 to 4"),
-        (abs(angle) >= 60.0, f"has the infeed angle {angle:g}", "IANG is half the angle of the flanks at most"),
-        (any((b[0] - a[0]) * way <= 0.0 for a, b in parts), "turns back along Z", "its points follow each other along Z"),
-        (any(abs(b[1] - a[1]) > abs(b[0] - a[0]) for a, b in parts), "is steeper than 45 degrees", "such a thread has its lead along X"),
-    )  # fmt: skip
-    refuse(name, *((wrong, "thread-words", f"{name} {what}", hint) for wrong, what, hint in faults))
-    slopes = [(b[1] - a[1]) / (b[0] - a[0]) for a, b in parts]
-    first, last = start - way * abs(filled(how, 0)), finish + way * abs(filled(how, 1))
-    path = [*ends[1:-1], (last, ends[-1][1] + slopes[-1] * (last - finish))]
-    rough = depth - allowance
-    depths = [rough * (math.sqrt(k / cuts) if kind > 2 else k / cuts) for k in range(1, cuts + 1)]
-    depths += [depth] * ((1 if allowance else 0) + idle)
-    off = _OFF_THREAD / INCH if motions.ip.state.inches else _OFF_THREAD
-    entry = ends[0][1] + slopes[0] * (first - start)
-    out = (max if side > 0.0 else min)(entry, *(radius for _, radius in (*ends, path[-1]))) + side * off
-    motions.move({"X": out, "Z": first}, rapid=True)
-    for k, cut in [(k, cut) for _ in range(starts) for k, cut in enumerate(depths)]:
-        flank = way * cut * math.tan(math.radians(abs(angle))) * (-1.0 if angle < 0.0 and k % 2 else 1.0)
-        begin = first + flank
-        motions.move({"Z": begin}, rapid=True)
-        motions.move({"X": ends[0][1] + slopes[0] * (begin - start) - side * cut}, rapid=True)
-        for (z, radius), slope, pitch in zip(path, slopes, pitches, strict=True):
-            motions.emit({"x": radius - side * cut, "z": z, "k": pitch * math.hypot(1.0, slope)}, (330,))
-        motions.move({"X": out}, rapid=True)
-        motions.move({"Z": first}, rapid=True)
-
-
 def check_mode_plane(motions: Motions, name: str, plane: int) -> None:
     """Refuse DMODE whose ones choose another plane than that in force: 1 to 3, 0 for none."""
     if plane % 10 not in (0, motions.ip.state.plane - 16):
@@ -392,7 +319,7 @@ def _deep(motions: Motions, name: str, values: Values) -> None:
     hole.go(hole.back, rapid=True)
 
 
-def _pitch(name: str, size: float | None, pitch: float | None) -> float:
+def pitch_of(name: str, size: float | None, pitch: float | None) -> float:
     """Return the lead of MPIT (3 for M3 to 48 for M48) or PIT."""
     if pitch:
         return abs(pitch)
@@ -420,7 +347,7 @@ def _tap(motions: Motions, name: str, values: Values) -> None:
     message = f"PITA = {unit:g} of {name} (a lead in inches or threads an inch) is not read"
     refuse(name, (unit not in (0.0, 1.0), "not-read", message, "PITA = 1 is a lead in mm"))
     left = hand == 2 or (hand == 0 and (given(values, 7) or given(values, 8) or 0.0) < 0.0)
-    lead, speed = _pitch(name, given(values, 7), given(values, 8)), filled(values, 10)
+    lead, speed = pitch_of(name, given(values, 7), given(values, 8)), filled(values, 10)
     steps, infeed = [hole.depth], abs(filled(values, 16))
     how = round(filled(values, 15)) % 10
     if how and infeed:
@@ -441,7 +368,7 @@ def _tap_floating(motions: Motions, name: str, values: Values) -> None:
     if filled(values, 8) == 1.0 and state.feed and state.feed_mode in (94, 95):
         lead = state.feed / (speed if state.feed_mode == 94 and speed > 0.0 else 1.0)
     else:
-        lead = _pitch(name, given(values, 9), given(values, 10))
+        lead = pitch_of(name, given(values, 9), given(values, 10))
     _tapped(hole, name, values, lead, (speed, speed), motions.ip.state.direction < 0, 7)
 
 
@@ -633,7 +560,7 @@ def _places(motions: Motions, name: str, values: Values) -> None:
 
 
 CYCLES: dict[str, Callable[[Motions, str, Values], None]] = {
-    "CYCLE81": _drill, "CYCLE82": _drill, "CYCLE97": _turned_thread, "CYCLE98": _thread_chain, "CYCLE83": _deep, "CYCLE84": _tap,
+    "CYCLE81": _drill, "CYCLE82": _drill, "CYCLE83": _deep, "CYCLE84": _tap,
     "CYCLE840": _tap_floating, "CYCLE85": _ream, "CYCLE86": _bore, "CYCLE87": _bore_stop, "CYCLE88": _bore_stop, "CYCLE89": _bore_feed,
     "HOLES1": _row, "HOLES2": _circle, "CYCLE801": _grid, "CYCLE802": _places,
 }  # fmt: skip

@@ -33,6 +33,7 @@ from cncgen.gcode.sinumerik import (
     polar,
     soft_approach,
     swivelling,
+    thread_cutting,
     thread_milling,
     unread_cycles,
 )
@@ -60,6 +61,7 @@ _CYCLES = {
     "CYCLE77": faces.circle, "POCKET3": pockets.rectangle, "POCKET4": pockets.circle, "SLOT1": pockets.slots,
     "LONGHOLE": pockets.long_holes, "POCKET1": pockets.old_rectangle, "POCKET2": pockets.old_circle, "SLOT2": pockets.bows,
     "CYCLE70": thread_milling.thread_of_profile, "CYCLE90": thread_milling.thread, "CYCLE93": grooves.groove, **contour_cycles.CYCLES,
+    **thread_cutting.CYCLES,
 }  # fmt: skip
 
 

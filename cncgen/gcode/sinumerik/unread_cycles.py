@@ -6,11 +6,7 @@ from cncgen.gcode.errors import BlockError
 
 #: The names with which a call is of a cycle, if no subprogram has it.
 _BEGINNINGS = ("CYCLE", "LCYC", "LONGHOLE", "SLOT", "POCKET", "HOLES")
-_GROOVE, _THREAD, _STOCK = (
-    "CYCLE93 cuts grooves",
-    "CYCLE97 cuts threads",
-    "CYCLE95 roughs and finishes a contour",
-)
+_GROOVE, _STOCK = "CYCLE93 cuts grooves", "CYCLE95 roughs and finishes a contour"
 #: The work of a cycle, and the sister that is read. (840D sl, Job planning, "Programming cycles externally")
 _KNOWN = {
     "CYCLE60": ("engraving", ""), "CYCLE63": ("a pocket or spigot of any contour", "CYCLE72 mills along a contour"),
@@ -18,7 +14,6 @@ _KNOWN = {
     "CYCLE79": ("a spigot of several edges", "CYCLE72 mills along a contour"), "CYCLE899": ("an open slot", "SLOT1 and POCKET3 clear closed ones"),
     "CYCLE92": ("cutting off", _GROOVE), "CYCLE930": ("a groove", _GROOVE),
     **dict.fromkeys(("CYCLE94", "CYCLE96", "CYCLE940"), ("an undercut", "its contour as blocks of G1 and G2")),
-    "CYCLE99": ("a thread", _THREAD),
     **dict.fromkeys(("CYCLE950", "CYCLE951", "CYCLE952"), ("stock removal", _STOCK)),
 }  # fmt: skip
 
