@@ -34,10 +34,11 @@ def plan_least_time(
         along = options.effort == "fast" or options.interpolator != "arclength" or options.saturation != "off"
         if along or machine.max_centripetal_mm_s2 is not None:
             return plan_blocks(smooth_blocks(chunks, machine), machine)
-        from cncgen.planner.tube import Programmed, improve
+        from cncgen.planner.tube import Programmed, chorded, improve
 
         program = Programmed(machine.chord_tolerance_mm)
-        plan = plan_blocks(smooth_blocks(chunks, machine, program.over), machine, coarse=True)
+        blocks = smooth_blocks(chunks, machine, lambda steady: chorded(program.over(steady), machine))
+        plan = plan_blocks(blocks, machine, coarse=True)
         # The search beside the plan that it starts from, and both beside sampling and writing.
         ahead = prefetch(plan, PREFETCHED)
         return prefetch(improve(ahead, program, machine, options.max_steps), PREFETCHED)

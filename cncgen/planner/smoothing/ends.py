@@ -148,10 +148,10 @@ def _curve_ends(rows: Toolpath, path: Path, before: tuple[bool, float]) -> _Curv
 def _roundable(rows: Toolpath, path: Path) -> Bools:
     may = (rows.path_mode == PathMode.CONTINUOUS) & (rows.tolerance >= LEAST_TOLERANCE)
     may &= (rows.feed_mode != FeedMode.RAPID) & (rows.kind != Kind.EVENT) & path.moves_xyz
-    return may & _regular(rows, path)
+    return may & regular(rows, path)
 
 
-def _regular(rows: Toolpath, path: Path) -> Bools:
+def regular(rows: Toolpath, path: Path) -> Bools:
     """Tell which rows have no cusp at the borders of their cells."""
     out = np.ones(len(rows), bool)
     curves = np.flatnonzero(rows.kind == Kind.NURBS)

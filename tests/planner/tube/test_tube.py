@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.interpolate import BSpline
 
 import cncgen
 from cncgen.kernels import tube_places
@@ -215,6 +216,25 @@ def test_a_nurbs_of_degree_2_is_no_slower_than_its_polyline() -> None:
     assert not broken
     # 2.443 s is what short lines of 0.02 mm took.
     assert seconds < 2.42
+
+
+def test_a_nurbs_that_bends_within_a_few_tolerances_is_no_slower_than_its_polyline() -> None:
+    """A random cubic, as `trials/beside_ipopt.py` draws them: it took 0.420 s, its polyline 0.383 s."""
+    points = np.array([
+        (-1.371, 0.682), (-5.116, -3.241), (-7.299, -5.624), (-12.655, -7.42), (-13.55, -7.849), (-19.215, -7.602),
+        (-21.947, -6.759), (-26.287, -10.384), (-28.848, -10.216), (-32.294, -15.451),
+    ])  # fmt: skip
+    weights = np.array([1.0, 1.0, 1.0, 1.0, 1.096, 1.0, 1.829, 1.0, 1.053, 1.0])
+    knots = np.array([0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 4.0, 5.0, 6.0, 7.0, 7.0, 7.0, 7.0])
+    head = ["(START, X-1.371 Y0.682)", "G21 G90 G94 G17 G64 P0.138 F9000"]
+    poles = zip(knots[:10], points, weights, strict=True)
+    rows = [f"K{k:g} X{x} Y{y} R{w}" for k, (x, y), w in poles] + 4 * ["K7"]
+    seconds, broken = planned("\n".join([*head, f"G6.2 P4 {rows[0]}", *rows[1:], "M30", ""]), machine())
+    curve = BSpline(knots, np.c_[points * weights[:, None], weights], 3)(np.linspace(0.0, 7.0, 2001))
+    lines = polyline(curve[:, :2] / curve[:, 2:])
+    flattened, _ = planned("\n".join([*head, *lines, "M30", ""]), machine())
+    assert not broken
+    assert seconds < 1.003 * flattened
 
 
 def test_the_exact_path_stays_under_g61_and_where_effort_is_fast() -> None:
