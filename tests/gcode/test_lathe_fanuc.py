@@ -383,6 +383,15 @@ def test_a_thread_in_passes_of_equal_section() -> None:
     assert found[-1] == (15, 5, 0)
 
 
+def test_a_chamfer_longer_than_the_way_off_the_thread_leaves_at_45_degrees_too() -> None:
+    """0.4 and 1 deep under a tool that starts at the thread's crest: it is off 0.4 and 1 behind the chamfer's beginning, 2 before the end, and
+    goes on to the end. A straight line to the end would leave a run-out five times as long."""
+    found = moves("G0 X24. Z5.\nG76 P011060 Q100 R0\nG76 X22. Z-20. P1000 Q400 F2.")[1:]
+    for depth in (0.4, 1.0):
+        at = found.index((pytest.approx(12 - depth), -18, 1))
+        assert found[at + 1 : at + 3] == [(12, pytest.approx(-18 - depth), 1), (12, -20, 1)]
+
+
 def test_a_least_depth_of_a_pass_holds() -> None:
     found = moves("G0 X30. Z5.\nG76 P010000 Q150 R0\nG76 X22. Z-20. P1000 Q400 F2.")[1:]
     depths = [12.0 - a[0] for a, b in pairwise(found) if not a[2] and b[2]]

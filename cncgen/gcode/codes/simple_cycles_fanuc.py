@@ -5,6 +5,8 @@ They stay in force: a block of X (U), Z (W) or R alone repeats the cycle with th
 
 from __future__ import annotations
 
+import math
+
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.lathe_fanuc import (
@@ -103,7 +105,7 @@ def thread(ip: Interpreter, block: Block) -> None:
 
 
 def thread_pass(ip: Interpreter, x: float, z: float, lead: float, chamfer: float, out: float) -> None:
-    """Cut a thread to X and Z; its last piece, `chamfer` along Z, leaves at 45 degrees towards X `out`.
+    """Cut a thread to X and Z; its last piece, `chamfer` along Z, leaves at 45 degrees up to X `out`.
 
     Raises:
         BlockError: The thread is shorter than its chamfer.
@@ -120,7 +122,13 @@ def thread_pass(ip: Interpreter, x: float, z: float, lead: float, chamfer: float
         cut_thread(ip, end, lead)
         slant = min(chamfer, abs(out - end[X]))
         end = end.copy()
-        end[X], end[Z] = end[X] + (slant if out > end[X] else -slant), z
+        end[X] += math.copysign(slant, out - end[X])
+        if slant < chamfer:
+            # Off the thread before its end: on along it from there.
+            end[Z] += math.copysign(slant, run)
+            cut_thread(ip, end, lead)
+            end = end.copy()
+        end[Z] = z
     else:
         end[X], end[Z] = x, z
     cut_thread(ip, end, lead)
