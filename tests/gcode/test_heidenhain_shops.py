@@ -517,6 +517,19 @@ def test_text_is_engraved(run: Run, gap: float, turn: float, along: tuple[float,
     assert said(run, body) == [("warning", "engraving-letters")]
 
 
+def test_text_of_newer_controls_is_cut_in_infeeds_and_begins_where_it_is_read(run: Run) -> None:
+    """Q202, Q367 and Q574 were passed over: 0.5 deep in infeeds of 0.3; a text of 4 that the control would make no longer than 3; its middle."""
+    head, text = (
+        "TOOL DEF 1 L+0 R+1\nTOOL CALL 1 Z S1000\n",
+        ENGRAVE.format(text='"II"', gap=0, arc=0, turn=0),
+    )
+    body = head + text.replace("Q204=20", "Q204=20 ~\n Q202=0.3 ~\n Q367={place} ~\n Q574=3")
+    found = ends(run, body.format(place=1))
+    assert [z for _, _, z in found if z < 3] == [0, *[0.7] * 4, *[0.5] * 4]
+    assert said(run, body.format(place=0)) == [("warning", "engraving-letters")] * 2
+    assert ("error", "unsupported-block") in said(run, body.format(place=5))
+
+
 @pytest.mark.parametrize(("text", "arc"), [('"A"', 1), ('"%time0"', 0), ("QS1 || QS2", 0)])
 def test_text_that_is_not_known_is_not_engraved(run: Run, text: str, arc: int) -> None:
     assert ("error", "unsupported-block") in said(run, ENGRAVE.format(text=text, gap=0, arc=arc, turn=0))

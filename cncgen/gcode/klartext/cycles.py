@@ -435,7 +435,7 @@ PATTERNS = (220, 221)
 #: place at the second clearance, straight, begins to the right of a stud, and drills to the depth with its tip.
 _LACKING = {
     studs.FACE: {367.0: -1.0}, 220: {301.0: 1.0, 365.0: 0.0}, 221: {301.0: 1.0}, 256: {437.0: 0.0}, 257: {376.0: 0.0}, **{number: {395.0: 0.0} for number in _TO_THE_TIP},
-    202: {357.0: -1.0}, 241: {202.0: 0.0, 395.0: 0.0, 435.0: 0.0},
+    202: {357.0: -1.0}, 225: {202.0: 0.0, 367.0: 0.0, 574.0: 0.0}, 241: {202.0: 0.0, 395.0: 0.0, 435.0: 0.0},
 }  # fmt: skip
 _CONTOURS = (*contour_cycles.RUN, contour_cycles.TRAIN)
 READ = tuple(
