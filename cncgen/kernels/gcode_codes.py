@@ -30,6 +30,10 @@ LITERALS = {
     **_counted("program goto while-do end-do", 55),
     **_counted("pw= pl= sd= ,c ,r ,a ,k", 128),
 }
+#: The local parameter that each letter beside G65 sets (FANUC's argument specification I, B-63324EN, 15.7.1).
+MACRO_PARAMETERS = dict(
+    zip("abcijkdefhmqrstuvwxyz", (1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 13, *range(17, 27)), strict=True)
+)
 LITERALS |= {"ifix[": LITERALS["fix"], "ifup[": LITERALS["fup"]}
 #: Operations.
 OPERATIONS = _counted(

@@ -25,7 +25,7 @@ from cython.cimports.cncgen.kernels.gcode_store import Store
 from cython.cimports.cncgen.kernels.language_store import LanguageStore
 from cython.cimports.libc.math import fabs, floor, isfinite
 
-from cncgen.kernels.gcode_codes import LOOKS
+from cncgen.kernels.gcode_codes import LOOKS, MACRO_PARAMETERS
 from cncgen.kernels.gcode_marks import bits_of
 
 #: Flags of a block (`gcode_scan`).
@@ -42,17 +42,31 @@ _LETTERS = cython.declare(cython.uint, sum(1 << (ord(letter) - 97) for letter in
 #: Codes beyond are not taken.
 _MOST_CODE = cython.declare(cython.int, 100)
 
-#: Local numbered parameters of a subroutine, from #1 on, and units of work of a call (`budget.CALL`).
+#: Local numbered parameters of a subroutine and of a macro, from #1 on; units of work of a call with its parameters, and without
+#: (`budget.CALL`).
 _LOCALS = cython.declare(cython.int, 30)
+_MACRO_LOCALS = cython.declare(cython.int, 33)
 _CALL_UNITS = cython.declare(cython.int, 12)
+_PLAIN_CALL_UNITS = cython.declare(cython.int, 4)
+#: G65 by its number, M98 and M99; the largest number of a program, and most rounds of a call.
+_MACRO = cython.declare(cython.int, 65)
+_PROGRAM = cython.declare(cython.int, 98)
+_BACK = cython.declare(cython.int, 99)
+_MOST_NUMBER = cython.declare(cython.double, 9999.0)
+#: By letter, from A on, the parameter that it sets beside G65.
+_ARGUMENT = cython.declare(cython.uchar[26])
+_k: cython.int
+for _k in range(26):
+    _ARGUMENT[_k] = MACRO_PARAMETERS.get(chr(97 + _k), 0)
 #: The marks that an IF which does not hold looks for.
 _BRANCHES = cython.declare(cython.uint, bits_of(LOOKS["if"][1]))
 #: Lines that are not run here.
 _LEFT_OUT = cython.declare(cython.int, DELETED | REFUSED)
 _NAN = cython.declare(cython.double, float("nan"))
-#: Kinds of lines: uncertain, a block or settings; else the number of its keyword.
+#: Kinds of lines: uncertain, a block or settings, a program called by its number or its end; else the number of its keyword.
 _UNCERTAIN = cython.declare(cython.int, -1)
 _PLAIN = cython.declare(cython.int, 0)
+_CALLS = cython.declare(cython.int, 999)
 #: Kinds of lines with a jump of a language: this, and the jump.
 _JUMPS = cython.declare(cython.int, 1000)
 
@@ -73,8 +87,11 @@ class Computer:
         frames: The calls in progress, the innermost last.
         leads: Of macros, returns offset and number of the line that GOTO, DO or END leads to, by offset and number of its line, keyword and
             value; None where there is none.
+        begins: Returns the place where a program begins, by offset and number of the line that calls it, and its number; None where that
+            is not certain.
 
     Attributes:
+        calls: Whether M98, M99 and G65 of macros are followed.
         blocks: How many blocks stand in the columns; whoever takes them sets it to 0.
         line: Number of the first line not read.
         lines, units: How many lines the last run read, and units of work that its calls were beside them.
@@ -106,6 +123,9 @@ class Computer:
     counter = cython.declare(cython.int)
     meant = cython.declare(cython.int[128])
     leads = cython.declare(object)
+    begins = cython.declare(object)
+    calls = cython.declare(cython.bint, visibility="public")
+    called = cython.declare(cython.int)
     taken = cython.declare(cython.uchar[200])
     blocks = cython.declare(cython.Py_ssize_t, visibility="public")
     line = cython.declare(cython.longlong, visibility="public")
@@ -131,14 +151,16 @@ class Computer:
     next = cython.declare(cython.Py_ssize_t)
     next_line = cython.declare(cython.longlong)
 
-    def __init__(self, text, parser, store, columns, waits, pause, meant=None, frames=None, leads=None):
+    def __init__(
+        self, text, parser, store, columns, waits, pause, meant=None, frames=None, leads=None, begins=None
+    ):
         if not cython.compiled:
             self.taken, self.meant, self.stack = [0] * (2 * _MOST_CODE), [0] * 128, [0.0] * _STACK
         for k in range(128):
             self.meant[k] = k
         for operation, number in (meant or {}).items():
             self.meant[operation] = number
-        self.store, self.leads = store, leads
+        self.store, self.leads, self.begins, self.calls = store, leads, begins, False
         self.language = store if isinstance(store, LanguageStore) else None
         self.store.names = parser.names
         self.numbers = self.store.numbers
@@ -198,7 +220,7 @@ class Computer:
             offset, line, after = self.kept[r, AT], self.kept[r, NUMBER_OF_LINE], self.kept[r, AFTER]
             outside = self._is_outside()
             self.rows.last = r
-            self.words = self.word_end[self.blocks - 1] if self.blocks > 0 else 0
+            self.words = self._first_word()
             self.next_line = line + 1
             keyword = self._execute(r)
             if keyword == _PLAIN:
@@ -268,7 +290,8 @@ class Computer:
         operation: cython.int
         operand: cython.int
         certain: cython.bint = not self.kept[r, MARKS] & _LEFT_OUT
-        self.given = self.depth = self.store.settings = 0
+        passed: cython.bint = False
+        self.given = self.depth = self.called = self.store.settings = 0
         self.flags = _NUMBERED_BLOCK if self.kept[r, MARKS] & NUMBERED else 0
         while certain:
             operation, operand = self.code[at] & 255, self.code[at] >> 8
@@ -282,7 +305,10 @@ class Computer:
             elif operation == STORED:
                 certain = self._push(self.numbers[operand])
             elif operation == END:
-                return _PLAIN
+                if passed and not (self._has_words() or self.store.settings):
+                    # A comment beside that number alone is not told.
+                    self.flags = 0
+                return _CALLS if self.called else _PLAIN
             elif operation == SET:
                 certain = self._set()
             elif operation == SET_STORED:
@@ -316,6 +342,10 @@ class Computer:
                     return _PLAIN
             elif operation == JUMP:
                 return self._jump_of(operand, self.code[at])
+            elif operation == FLOW and operand == PROGRAM and self.frames:
+                # The number of the program that was called; words may stand behind it.
+                passed, self.depth = True, 0
+                at += 1
             elif operation == FLOW:
                 certain = operand != WHILE_DO or self._is_last(at + 1)
                 if certain:
@@ -450,6 +480,18 @@ class Computer:
     @cython.cfunc
     @cython.inline
     @cython.exceptval(check=False)
+    def _calls(self, letter: cython.int, number: cython.int) -> cython.bint:
+        """Take a code that calls a program or ends it; tell whether it is one, or may wait."""
+        if not self.calls or not (
+            (number == _MACRO and self.leads is not None) if letter == 103 else number >= _PROGRAM
+        ):
+            return self._waits(letter, number)
+        self.called = number
+        return True
+
+    @cython.cfunc
+    @cython.inline
+    @cython.exceptval(check=False)
     def _waits(self, letter: cython.int, number: cython.int) -> cython.bint:
         """Tell whether a block with a code may wait; of each code it is asked once."""
         place: cython.int = number if letter == 103 else _MOST_CODE + number
@@ -466,12 +508,16 @@ class Computer:
         if not 97 <= letter <= 122 or self.words >= self.letters.shape[0]:
             return False
         bit = cython.cast(cython.uint, 1) << (letter - 97)
-        if not bit & _LETTERS or bit & self.given or not -_LARGEST <= value <= _LARGEST:
+        if (
+            not (bit & _LETTERS or self.called == _MACRO)
+            or bit & self.given
+            or not -_LARGEST <= value <= _LARGEST
+        ):
             return False
         if letter == 103 or letter == 109:
             if not 0.0 <= value < _MOST_CODE or value != floor(value):
                 return False
-            if not self._waits(letter, cython.cast(cython.int, value)):
+            if not self._calls(letter, cython.cast(cython.int, value)):
                 return False
         else:
             self.given |= bit
@@ -485,7 +531,14 @@ class Computer:
     @cython.exceptval(check=False)
     def _has_words(self) -> cython.bint:
         """Tell whether the line has given words."""
-        return self.words > (self.word_end[self.blocks - 1] if self.blocks > 0 else 0)
+        return self.words > self._first_word()
+
+    @cython.cfunc
+    @cython.inline
+    @cython.exceptval(check=False)
+    def _first_word(self) -> cython.Py_ssize_t:
+        """Return the place in the columns of the line's first word."""
+        return self.word_end[self.blocks - 1] if self.blocks > 0 else 0
 
     @cython.cfunc
     def _end_block(self, r: cython.Py_ssize_t) -> cython.void:
@@ -506,6 +559,8 @@ class Computer:
         """Follow the O-word or jump of a row to the `next` line; tell whether it is certain where that is."""
         if keyword < 0:
             return False
+        if keyword == _CALLS:
+            return self._call_program(r) if self.called != _BACK else self._end_program(r)
         if keyword >= _JUMPS:
             return self._jump(r, keyword - _JUMPS)
         return self._flow(r, keyword) if keyword <= O_CALL else self._lead(r, keyword)
@@ -626,6 +681,17 @@ class Computer:
         m: cython.Py_ssize_t = self.marks.subroutine(label)
         if m < 0 or self.arguments > _LOCALS or len(self.frames) >= self.deepest:
             return False
+        self._begin(r, label, _LOCALS)
+        for k in range(self.arguments):
+            self.numbers[k + 1] = self.stack[self.depth + k]
+        for k in range(self.arguments, _LOCALS):
+            self.numbers[k + 1] = 0.0
+        self._go_to(m, False)
+        return True
+
+    @cython.cfunc
+    def _begin(self, r: cython.Py_ssize_t, label, count: cython.int) -> Frame:
+        """Begin a call from a row, with so many numbered parameters of its own."""
         frame: Frame = Frame(label, self.store.local)
         frame.source, frame.offset, frame.line = (
             self.source,
@@ -633,16 +699,11 @@ class Computer:
             self.kept[r, NUMBER_OF_LINE] + 1,
         )
         frame.row = r
-        frame.keep(self.numbers, _LOCALS)
+        frame.keep(self.numbers, count)
         self.frames.append(frame)
-        for k in range(self.arguments):
-            self.numbers[k + 1] = self.stack[self.depth + k]
-        for k in range(self.arguments, _LOCALS):
-            self.numbers[k + 1] = 0.0
         self.store.local = {}
-        self.units += _CALL_UNITS
-        self._go_to(m, False)
-        return True
+        self.units += _CALL_UNITS if count else _PLAIN_CALL_UNITS
+        return frame
 
     @cython.cfunc
     def _leave(self, label, anywhere: cython.bint) -> cython.bint:
@@ -654,10 +715,15 @@ class Computer:
             return False
         if not anywhere and frame.label != label:
             return False
+        return self._return(frame, self.stack[self.depth] if self.arguments > 0 else _NAN)
+
+    @cython.cfunc
+    def _return(self, frame: Frame, result: cython.double) -> cython.bint:
+        """End the innermost call, which gives a value, NaN for none."""
         self.frames.pop()
         frame.put_back(self.numbers)
         self.store.local = frame.named
-        self.store.returned, self.store.result = True, self.stack[self.depth] if self.arguments > 0 else _NAN
+        self.store.returned, self.store.result = True, result
         if frame.source != self.source:
             self.away = frame.back
         elif 0 <= frame.row < self.rows.used and self.kept[frame.row, AFTER] == frame.offset:
@@ -665,3 +731,84 @@ class Computer:
         else:
             self._go(frame.offset, frame.line)
         return True
+
+    # Programs by their number.
+
+    @cython.cfunc
+    def _call_program(self, r: cython.Py_ssize_t) -> cython.bint:
+        """Follow M98 or G65, whose words stand behind those in the columns; tell whether it is certain where that leads."""
+        first: cython.Py_ssize_t = self._first_word()
+        last: cython.Py_ssize_t = self.words
+        number: cython.double = -1.0
+        times: cython.double = 1.0
+        macro: cython.bint = self.called == _MACRO
+        letter: cython.int
+        value: cython.double
+        for k in range(first, last):
+            letter, value = self.letters[k], self.values[k]
+            if letter == 112:
+                number = value
+            elif letter == 108:
+                times = value
+            elif not (letter == (103 if macro else 109) and value == self.called) and not (
+                macro and _ARGUMENT[letter - 97]
+            ):
+                return False
+        if not 0.0 <= number <= _MOST_NUMBER or number != floor(number) or len(self.frames) >= self.deepest:
+            return False
+        if not 1.0 <= times <= (1.0 if macro else _MOST_NUMBER) or times != floor(times):
+            return False
+        begin = self.store.ways.get(number)
+        if begin is None:
+            begin = self.begins(self.kept[r, AT], self.kept[r, NUMBER_OF_LINE], number)
+            if begin is None:
+                return False
+            self.store.ways[number] = begin
+        self._end_call(r, first)
+        frame: Frame = self._begin(r, number, _MACRO_LOCALS if macro else 0)
+        frame.again = (begin, cython.cast(cython.int, times) - 1)
+        if macro:
+            for k in range(_MACRO_LOCALS):
+                self.numbers[k + 1] = _NAN
+            for k in range(first, last):
+                letter = _ARGUMENT[self.letters[k] - 97]
+                if letter:
+                    self.numbers[letter] = self.values[k]
+        self._go_to_place(begin)
+        return True
+
+    @cython.cfunc
+    def _end_program(self, r: cython.Py_ssize_t) -> cython.bint:
+        """Follow M99 by itself: end the program that was called, or its present round; tell whether it is certain where that leads."""
+        first: cython.Py_ssize_t = self._first_word()
+        if not self.frames or self.words > first + 1:
+            return False
+        frame: Frame = self.frames[len(self.frames) - 1]
+        if frame.again is None or frame.restore or frame.modal:
+            return False
+        begin, left = frame.again
+        if left > 0 and frame.values is not None:
+            return False
+        self._end_call(r, first)
+        if left == 0:
+            return self._return(frame, _NAN)
+        frame.again = (begin, left - 1)
+        self.units += _PLAIN_CALL_UNITS
+        self._go_to_place(begin)
+        return True
+
+    @cython.cfunc
+    def _end_call(self, r: cython.Py_ssize_t, first: cython.Py_ssize_t) -> cython.void:
+        """Do the settings of a line with a call, whose words are from `first` on; its comment is a block, but beside G65."""
+        self.words = first
+        if self.called == _MACRO:
+            self.flags = 0
+        self._end_block(r)
+
+    @cython.cfunc
+    def _go_to_place(self, place) -> cython.void:
+        """Make a line of this text or another one the next."""
+        if place[0] == self.source:
+            self._go(place[1], place[2])
+        else:
+            self.away = place

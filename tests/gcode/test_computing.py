@@ -376,3 +376,57 @@ def test_asin_and_round_of_macros_are_computed_while_they_are_read(monkeypatch: 
     ]
     assert by_itself == [7]
     assert printed(text, batches=True, dialect="fanuc") == printed(text, batches=False, dialect="fanuc")
+
+
+def _by_itself(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Return the numbers of lines that run by themselves from now on, as they come."""
+    found: list[int] = []
+    run = LineRunner.run
+
+    def noted(self: LineRunner, parsed: Any, here: Any, after: Any) -> Any:
+        found.append(here.line)
+        return run(self, parsed, here, after)
+
+    monkeypatch.setattr(LineRunner, "run", noted)
+    return found
+
+
+def test_macros_and_programs_by_their_number_are_called_while_lines_are_read(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A to Z beside G65 set #1 to #26, the rest is vacant (B-63324EN, 15.7.1); M98 goes on with the caller's, L times.
+
+    Each call and each return ran by itself: 50,000 calls took 15 seconds.
+    """
+    found = _by_itself(monkeypatch)
+    text = (
+        "O1\nF100\n#1=5.\n#7=1.\nG65P20A#7B[#1/2.]D3.H4.Z5.(ARGUMENTS)\nM98P30L2(PROGRAM)\nX#1\nM30\n"
+        "O20\nG1X#1Y#2\nZ[#7+#11+#26]\nX#4\nM99\nO30 Z0\n#1=#1+1.\nY#1\nM99(BACK)\n"
+    )
+    whole = printed(text, batches=True, dialect="fanuc")
+    moves = [line for line in whole if "STRAIGHT_FEED" in line]
+    assert [[float(x) for x in line.split("(")[1].split(", ")[:3]] for line in moves] == [
+        [1.0, 2.5, 0.0], [1.0, 2.5, 12.0],
+        [1.0, 2.5, 0.0], [1.0, 6.0, 0.0], [1.0, 6.0, 0.0], [1.0, 7.0, 0.0], [7.0, 7.0, 0.0],
+    ]  # fmt: skip
+    # The number of the main program; a vacant word.
+    assert found == [1, 12]
+    assert printed(text, batches=False, dialect="fanuc") == whole
+
+
+def test_programs_of_linuxcnc_are_called_while_lines_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The motions are those that `rs274` of LinuxCNC 2.9 prints for this text."""
+    found = _by_itself(monkeypatch)
+    text = (
+        "F100\n#1=0\no9 while [#1 lt 2]\n#1=[#1+1]\nM98 P20 L2\no9 endwhile\nM2\n"
+        "O20\nG1 X#1\n#2=[#2+1]\nY#2\nM98 P30\nM99\nO30\nZ[#2/10]\nM99\n"
+    )
+    whole = printed(text, batches=True)
+    moves = [line.split("(")[1].split(", ")[:3] for line in whole if "STRAIGHT_FEED" in line]
+    ends = [(x, y) for x, y in ((1, 1), (1, 2), (2, 3), (2, 4))]
+    expected = [
+        step for x, y in ends for step in ([x, y - 1, (y - 1) / 10], [x, y, (y - 1) / 10], [x, y, y / 10])
+    ]
+    assert [[float(x) for x in move] for move in moves] == expected
+    assert found == []
+    assert printed(text, batches=False) == whole

@@ -30,7 +30,9 @@ _OTHERS = (
     "#2=1.5 #3=#2+1", "G1 X#1 Y#2", "IF[1EQ1]THEN G1 X5.", "#1=3 GOTO 9990", "G1 G91 X1.", "G81 X1. Y1. Z-2. R1. F100.", "G80",
     "G1 X1. X2.", "DO 1", "END 2", "GOTO 77", "G17", "G2 X1. Y1. I.5 J0", "N5 G1 Z-#1", "M98 <SUB>", "G1 <SUB> X2.", "G10 L2 P1 X1.",
     "DPRNT[X#1[53]]", "#[#1+100]=2.", "#1=#[100+1]", "G1 X1. ,R1.", "G1 X#3 (A (B)", "G1 X#3 (A (B))", "#1=ROUND[#1*10]/10",
-    "GOTO 20.5", "#101=9990 / G1 X2.", "G0 X[ROUND[#1]]",
+    "GOTO 20.5", "#101=9990 / G1 X2.", "G0 X[ROUND[#1]]", "M98 P2000 L3 (SUB)", "M98 P#101", "#1=4 M98 P3000", "G65 P3000 D1. E2. H3 M8 T#1",
+    "G65 P2000 I1. J2. I3. L2", "N7 G65 P3000 X1. (ARGUMENTS)", "G65 A1. P2000 #2=3", "G90 G65 P3000", "G1 X2. M98 P2000", "/M98 P2000",
+    "IF[#1GT1]THEN M98 P3000", "M99", "#2=1 M99 (BACK)", "M99 P20", "G65 P3000 S2 Q1. K5. M98", "M98 P3000.5", "M98 P32000", "M98 P9",
 )  # fmt: skip
 
 
@@ -45,7 +47,11 @@ class MacroProgram:
         lines = ["%", "O1000 (MAIN)", "G21 G90 G17 G0 X0 Y0 Z0", "F200.", *settings]
         lines += [*self._lines(dice.randint(5, 25), 0), "N9990", "M30"]
         for number in (2000, 3000):
-            lines += [f"O{number}", *self._lines(dice.randint(1, 6), 1), "M99"]
+            lines += [
+                f"O{number}{dice.choice(('', ' G1 X1.', ' (PART)'))}",
+                *self._lines(dice.randint(1, 6), 1),
+                "M99",
+            ]
         self.text = "\n".join([*lines, "%", ""])
 
     def _variable(self) -> str:

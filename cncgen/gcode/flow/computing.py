@@ -68,14 +68,14 @@ class Computing:
                 self._sources[source].bytes, new_parser(dialect),
                 Store(parameters.numbers, parameters.named, _RESERVED, STORED[dialect]),
                 self._plain.columns(), self._waits, PAUSE, meant, self._control.calls.frames, leads,
+                partial(self._begins, source),
             )  # fmt: skip
-            if dialect == "linuxcnc":
-                control = self._control
-                # Texts without O-words have no use for the module of subroutines.
-                computer.follow(
-                    lambda: control.subroutines.labels(source).lines, control.calls.outermost,
-                    control.ip.options.max_call_depth, source,
-                )  # fmt: skip
+            control = self._control
+            # Texts without O-words have no use for the module of subroutines.
+            computer.follow(
+                (lambda: control.subroutines.labels(source).lines) if dialect == "linuxcnc" else None,
+                control.calls.outermost, control.ip.options.max_call_depth, source,
+            )  # fmt: skip
         return computer
 
     def _leads(
@@ -87,6 +87,15 @@ class Computing:
         with suppress(BlockError):
             target = macros.target_of(self._control, keyword, value, Cursor(source, offset, line))
             return target.offset, target.line
+        return None
+
+    def _begins(self, source: int, offset: int, line: int, number: float) -> Cursor | None:
+        """Return where the program of a number begins that a line calls; None where its line tells, or looks for it anew each time."""
+        subroutines = self._control.subroutines
+        with suppress(BlockError):
+            found = subroutines.find(number, Cursor(source, offset, line), ("program", "sub"))
+            if found.keyword == "program" and not subroutines.labels(source).computes:
+                return found.cursor
         return None
 
     def _waits(self, letter: str, number: int) -> bool:
@@ -102,6 +111,9 @@ class Computing:
         computer, plain = self._computer(here.source), self._plain
         before = computer.blocks = plain.count
         computer.since = since
+        ip = self._control.ip
+        # What a line hands on to the next one is not told of calls.
+        computer.calls = not (ip.lathe or ip.guard or ip.skipping or ip.rewrite)
         if here.source == 0:
             computer.reached, computer.reached_line = reached.offset, reached.line
         offset = computer.run(here.offset, here.line, self._parameters.local)

@@ -17,7 +17,7 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
 from cncgen.gcode.text import macro_loops
 from cncgen.gcode.text.labels import Cursor
-from cncgen.kernels.gcode_codes import LITERALS
+from cncgen.kernels.gcode_codes import LITERALS, MACRO_PARAMETERS
 from cncgen.toolpath.record import Event
 
 TYPE_CHECKING = False
@@ -26,10 +26,6 @@ if TYPE_CHECKING:
 
 _FANUC = ("fanuc",)
 VACANT = math.nan
-#: Parameter of each argument letter (argument specification I).
-ARGUMENTS = dict(
-    zip("abcijkdefhmqrstuvwxyz", (1, 2, 3, 4, 5, 6, 7, 8, 9, 11, *range(13, 14), *range(17, 27)), strict=True)
-)
 #: How far a computed line number may be from a whole one.
 _WHOLE = 1e-4
 
@@ -56,15 +52,15 @@ def arguments(pairs: list[tuple[str, float]]) -> tuple[int, int, list[float]]:
             times = whole_of(value, letter, "a macro call")
         elif letter in sets:
             # I J K may repeat: the n-th set goes to #(3n+1), #(3n+2), #(3n+3).
-            index = 3 * sets[letter] + ARGUMENTS[letter]
+            index = 3 * sets[letter] + MACRO_PARAMETERS[letter]
             sets[letter] += 1
             if index > MACRO_LOCALS:
                 raise BlockError(
                     "macro-arguments", f"{letter.upper()} stands more than ten times", letter.upper()
                 )
             values[index - 1] = value
-        elif letter in ARGUMENTS:
-            values[ARGUMENTS[letter] - 1] = value
+        elif letter in MACRO_PARAMETERS:
+            values[MACRO_PARAMETERS[letter] - 1] = value
         elif letter != "g":
             raise BlockError(
                 "macro-arguments", f"{letter.upper()} is not an argument of a macro", letter.upper()
