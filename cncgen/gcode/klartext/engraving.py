@@ -9,7 +9,6 @@ from __future__ import annotations
 import cmath
 import math
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.letters import strokes
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError, refuse
@@ -41,17 +40,15 @@ def engrave(cycle: HoleCycle) -> None:
         "CYCL",
         (round(q[367]) not in (0, 1), "unsupported-block", place_of, "Q367 is 0 or 1, the lower left corner"),
     )
-    message = f"{cycle.name} engraves letters of our own: those of the control are not published, and are longer or shorter"
-    hint = "places, depth, heights and feeds are the cycle's"
-    cycle.ip.warn_once(BlockError("engraving-letters", message, "CYCL", hint=hint))
     turn, letters = cmath.rect(1.0, math.radians(q[374])), strokes(text, q[513], q[514] or 1.0)
     length = max((point.real for stroke in letters for point in stroke), default=0.0)
+    message = f"{cycle.name} engraves letters of our own: those of the control are not published, and are longer or shorter"
     if 0.0 < q[574] < length:
-        message = f"the text of {cycle.name} is {length:.4g} long here, and the control makes it no longer than Q574 = {q[574]:g}"
-        cycle.ip.warn(
-            BlockError("engraving-letters", message, "CYCL", hint="a smaller Q513 makes it shorter"),
-            Severity.WARNING,
+        message += (
+            f"; the text is {length:.4g} long here, and no longer than Q574 = {q[574]:g} on the control"
         )
+    hint = "places, depth, heights and feeds are the cycle's"
+    cycle.ip.warn_once(BlockError("engraving-letters", message, "CYCL", hint=hint))
     cycle.begin()
     for level in infeeds(q[203], cycle.bottom, abs(q[202]), cycle.name):
         for stroke in letters:
