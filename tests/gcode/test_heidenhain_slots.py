@@ -222,3 +222,14 @@ def test_infeeds_of_deep_drilling_are_told(run: Any) -> None:
     """Q202 of 241 was passed over without a word."""
     out = run(f"{PLAIN}{DEEP}{HEIGHTS} ~\n Q202=+20\nCYCL CALL\n9 END PGM T MM\n")
     assert [d.code for d in out.diagnostics if d.severity == "warning"] == ["cycle-peck"]
+
+
+@pytest.mark.parametrize(
+    ("given", "out"), [("", 0), (" ~\n Q208=+500", 500), (" ~\n Q208=+0", 100), (" ~\n Q208=MAX", 0)]
+)
+def test_pecking_comes_out_at_q208(moves: Any, given: str, out: float) -> None:
+    """ "Retraction feed rate": 0 is Q206; it was passed over, and the way out of the finished hole made at full speed."""
+    cycle = "CYCL DEF 205 PECK ~\n Q201=-8 ~\n Q206=+100 ~\n Q202=+9 ~\n Q258=+1 ~\n " + HEIGHTS
+    found = moves(f"{PLAIN}{cycle}{given}\nCYCL CALL\n9 END PGM T MM\n")
+    assert found[:2] == [(0, 0, 2, 0), (0, 0, -8, 100)]
+    assert found[2:] == ([(0, 0, 2, out)] if out else []) + [(0, 0, 20, 0)]

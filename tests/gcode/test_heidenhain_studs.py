@@ -111,6 +111,7 @@ def test_levels_of_a_stud(moves: Any) -> None:
         (RECTANGLE.format(depth=3, turn=0).replace("Q424=+48", "Q424=+39").replace("Q425=+28", "Q425=+19"), "cycle-words"),
         (RECTANGLE.format(depth=3, turn=0).replace("Q367=+0", "Q367=+5"), "cycle-words"),
         (RECTANGLE.format(depth=3, turn=0) + " ~\n Q437=+5", "cycle-words"),
+        (RECTANGLE.format(depth=3, turn=0).replace("Q220=+0", "Q220=-3"), "unsupported-block"),
         (RECTANGLE.format(depth=-3, turn=0), "cycle-depth"),
         (CIRCLE.format(depth=3, blank=36).replace("Q207=+300", "Q207=+0"), "feed-missing"),
         (RULED.format(count=1), "cycle-infeed"),

@@ -115,7 +115,8 @@ def _universal(cycle: HoleCycle) -> None:
 def _peck(cycle: HoleCycle) -> None:
     """205: out after each infeed, back to Q258 (to Q259 at the end) above; every Q257 a chip break of Q256. Below a deepened start Q379,
     before which the tool goes at Q253 to a fifth of that, at most Q200, above it, infeeds count from there (TNC 640, "Position behavior
-    when working with Q379"); the way out is the same."""
+    when working with Q379"); the way out is the same, at
+    Q208 (0: at Q206; at full speed on controls that lack it)."""
     q = cycle.q
     cycle.go(cycle.start, rapid=True)
     depths, at = _steps(cycle), q[203]
@@ -138,6 +139,8 @@ def _peck(cycle: HoleCycle) -> None:
         cycle.go(cycle.start, rapid=True)
         cycle.go(depth + ahead, rapid=True)
     cycle.dwell(q[211])
+    if q[208] < FASTEST:
+        cycle.out()
     cycle.end()
 
 
@@ -435,7 +438,7 @@ PATTERNS = (220, 221)
 #: place at the second clearance, straight, begins to the right of a stud, and drills to the depth with its tip.
 _LACKING = {
     studs.FACE: {367.0: -1.0}, 220: {301.0: 1.0, 365.0: 0.0}, 221: {301.0: 1.0}, 256: {437.0: 0.0}, 257: {376.0: 0.0}, **{number: {395.0: 0.0} for number in _TO_THE_TIP},
-    202: {357.0: -1.0}, 225: {202.0: 0.0, 367.0: 0.0, 574.0: 0.0}, 241: {202.0: 0.0, 395.0: 0.0, 435.0: 0.0},
+    202: {357.0: -1.0}, 205: {208.0: FASTEST, 395.0: 0.0}, 225: {202.0: 0.0, 367.0: 0.0, 574.0: 0.0}, 241: {202.0: 0.0, 395.0: 0.0, 435.0: 0.0},
 }  # fmt: skip
 _CONTOURS = (*contour_cycles.RUN, contour_cycles.TRAIN)
 READ = tuple(

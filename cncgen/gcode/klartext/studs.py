@@ -79,7 +79,12 @@ def rectangle(ip: Interpreter, name: str) -> None:
     cycle, approach = HoleCycle(ip, name), round(q[437])
     message = f"Q437 = {q[437]:g} of {name} names no place to begin at"
     hint = "0 is to the right of the stud, 1 to 4 are its corners from the lower left one on"
-    refuse("CYCL", (not 0 <= approach < len(_APPROACHES), "cycle-words", message, hint))
+    chamfer = f"chamfers of {name} (Q220 = {q[220]:g}) are not read"
+    refuse(
+        "CYCL",
+        (not 0 <= approach < len(_APPROACHES), "cycle-words", message, hint),
+        (q[220] < 0.0, "unsupported-block", chamfer, "Q220 above 0 rounds the corners"),
+    )
     middle = slots.middle_of(cycle, (q[218], q[219]), q[224])
     _stud(cycle, middle, complex(q[218], q[219]), complex(q[424], q[425]), q[220], q[224], approach)
 
