@@ -263,6 +263,13 @@ END PGM A MM
 """
     out, same = run(text), run(text.replace("Q206 FAUTO", "Q206=FAUTO"))
     assert out.errors == same.errors == []
+    # So do those whose lines go on behind ~, in which it was taken as the rest of the line above.
+    begin, end = text.index("Q200"), text.index("L X+1")
+    joined = run(
+        text[:begin].rstrip() + " ~\n" + text[begin:end].rstrip().replace("\n", " ~\n") + "\n" + text[end:]
+    )
+    assert joined.errors == []
+    assert [e.tolist() for e in joined.path.end] == [e.tolist() for e in same.path.end]
     assert 5.0 in out.path.feed.tolist()
     assert [e.tolist() for e in out.path.end] == [e.tolist() for e in same.path.end]
 

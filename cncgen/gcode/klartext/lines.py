@@ -9,8 +9,8 @@ from cncgen.gcode.source import Source
 from cncgen.grammars.terminals import HEIDENHAIN as TERMINALS
 
 _N, _Q = TERMINALS["BLOCK_NUMBER"], TERMINALS["Q"]
-#: The setting of a parameter.
-SETTING = rf"(?:{_Q}|{TERMINALS['TEXT_PARAMETER']})\s*="
+#: The setting of a parameter, of a feed also without = (Q206 FAUTO).
+SETTING = rf"(?:(?:{_Q}|{TERMINALS['TEXT_PARAMETER']})\s*=|{_Q}\s+(?:{TERMINALS['FEED_WORD']})\b)"
 
 
 def _form(pattern: str) -> re.Pattern[str]:
