@@ -94,6 +94,11 @@ class Parsed:
     deletable: bool = False
     number: str | None = None
 
+    @property
+    def is_o_word(self) -> bool:
+        """Tell whether it is an O-word, or a jump or loop of a macro, alone."""
+        return self.flow is not None and self.flow.then is None and not (self.words or self.settings)
+
 
 def evaluate(value: Value, parameters: Parameters) -> float:
     """Return the number that a value is now."""

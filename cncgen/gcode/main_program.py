@@ -16,6 +16,8 @@ from cncgen.kernels.gcode_lines import Lines
 
 #: Bytes in which programs are looked for.
 _HEAD = 65_536
+#: Letters without which a line ends no program and calls none.
+_TELLING = frozenset("MP")
 
 
 def main_behind(source: Source) -> tuple[Cursor, BlockError] | None:
@@ -57,11 +59,13 @@ class _Listed:
         self.main = self.returns = self.leads_back = False
         rows = table("fanuc")
         while at < end:
+            text = source.text_at(at)
+            at = source.line_end(at) + 1
+            if _TELLING.isdisjoint(text.upper()):
+                continue
             with suppress(BlockError):
                 words = [
-                    (letter, v)
-                    for letter, v in grammar.parse(source.text_at(at), "fanuc").words
-                    if isinstance(v, float)
+                    (letter, v) for letter, v in grammar.parse(text, "fanuc").words if isinstance(v, float)
                 ]
                 given = dict(words)
                 for row in (
@@ -72,4 +76,3 @@ class _Listed:
                         self.main = self.main or row.ends == "program"
                         self.returns = self.returns or (row.ends == "subprogram" and "p" not in given)
                         self.leads_back = self.leads_back or (row.ends == "subprogram" and "p" in given)
-            at = source.line_end(at) + 1

@@ -29,7 +29,7 @@ from cncgen.gcode.state.predefined import NAMED
 from cncgen.gcode.text import grammar
 from cncgen.gcode.text.lanes import PlainBlocks
 from cncgen.gcode.text.parsers import STORED, new_parser
-from cncgen.kernels import gcode_arithmetic, gcode_run, gcode_store
+from cncgen.kernels import gcode_arithmetic, gcode_run, gcode_scan, gcode_store
 from cncgen.toolpath.reading import ReadOptions
 from trials.generators.gcode_bodies import body, ways
 from trials.generators.macro_programs import MacroProgram
@@ -430,3 +430,42 @@ def test_programs_of_linuxcnc_are_called_while_lines_are_read(monkeypatch: pytes
     assert [[float(x) for x in move] for move in moves] == expected
     assert found == []
     assert printed(text, batches=False) == whole
+
+
+@pytest.mark.parametrize("called", ["M98P100", "G65P100A1."])
+def test_blocks_behind_a_call_are_not_scanned_again_and_again(
+    called: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On a lathe each call runs by itself: up to 4,096 blocks behind it were scanned, thrown away, and scanned behind the next one."""
+    blocks = 0
+    scan = gcode_scan.scan
+
+    def noted(*given: Any) -> Any:
+        nonlocal blocks
+        found = scan(*given)
+        blocks += found[0]
+        return found
+
+    monkeypatch.setattr(gcode_scan, "scan", noted)
+    body = "".join(f"G1X{k}.\n{called}\n" for k in range(500))
+    text = f"O1\nG97S500M3\nG99F0.2\n{body}M30\nO100\nG1Z1.\nM99\n"
+    assert sum("STRAIGHT_FEED" in line for line in printed(text, batches=True, dialect="fanuc-lathe")) == 1000
+    assert blocks < 20 * 1000
+
+
+def test_lines_of_a_subprogram_are_parsed_once_where_they_name_no_code_of_its_end(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Each line of the first program was parsed by itself, twice, to find out whether a main program stands behind it."""
+    found: list[str] = []
+    parse = grammar.parse
+
+    def noted(text: str, *given: Any) -> Any:
+        found.append(text)
+        return parse(text, *given)
+
+    monkeypatch.setattr(grammar, "parse", noted)
+    body = "".join(f"G1X{k}.Y1.\n" for k in range(300))
+    whole = printed(f"O1\n{body}M99\nO2\nF100\nG1Z1.\nM98P1\nM30\n", batches=True, dialect="fanuc")
+    assert sum("STRAIGHT_FEED" in line for line in whole) == 301
+    assert len(found) < 30

@@ -11,11 +11,10 @@ from collections.abc import Iterator
 from cncgen.gcode.block import Parsed
 from cncgen.gcode.budget import LINE, PAUSE
 from cncgen.gcode.errors import Astray, BlockError
-from cncgen.gcode.flow.line_by_line import is_o_word
 from cncgen.gcode.flow.parts import Parts
 from cncgen.gcode.flow.reading import first_line
 from cncgen.gcode.text.labels import Cursor
-from cncgen.gcode.text.lanes import empty_block
+from cncgen.gcode.text.lanes import BLOCKS, FEW_BLOCKS, empty_block
 from cncgen.kernels import gcode_scan
 
 TYPE_CHECKING = False
@@ -40,6 +39,8 @@ class Course:
         self._looked = False
         #: Whether the last line was an O-word: few plain blocks are likely to follow.
         self._branched = False
+        #: Blocks of the next scan, at most.
+        self._ahead = BLOCKS
 
     def resume(self) -> None:
         """Go on at the first line that was not run."""
@@ -93,12 +94,13 @@ class Course:
     def _scan(self, here: Cursor) -> int:
         """Run plain blocks; return why the scanner stopped, FULL where they lead elsewhere."""
         parts = self._parts
-        self.reached, why = parts.pending.scan(here)
+        self.reached, why = parts.pending.scan(here, self._ahead)
         parts.ip.budget.forward = self.reached.line
         self._since = 0
         if parts.pending.has_words():
             parts.percent.seen = True
         place = parts.pending.run()
+        self._ahead = min(2 * self._ahead, BLOCKS) if place is None else FEW_BLOCKS
         if place is not None:
             # The text goes on behind the jump, wherever the scanner was.
             self.reached = parts.lines.after(place)
@@ -138,7 +140,7 @@ class Course:
                 return
             following, text = parts.lines.after(here), parts.lines.text(here)
             parsed = self._read(text)
-            self._branched = is_o_word(parsed)
+            self._branched = parsed.is_o_word
             if self._is_forward(here):
                 self.reached = following
                 self._since, self._begun = 0, parts.ip.budget.steps

@@ -33,7 +33,7 @@ class LineRunner:
         control, flow = self.control, parsed.flow
         if parsed.deletable and control.ip.options.block_delete:
             return None
-        if is_o_word(parsed):
+        if parsed.is_o_word:
             return self._o_word(flow, here, after)
         if flow is not None and flow.then is not None and flow.keyword == "while-do":
             past = self._o_word(flow, here, after)
@@ -133,11 +133,6 @@ class LineRunner:
         else:
             self.ip.jump, self.ip.macro_values = ("macro", number, times), values
         return True
-
-
-def is_o_word(parsed: Parsed) -> bool:
-    """Tell whether a line is an O-word, or a jump or loop of a macro, alone."""
-    return parsed.flow is not None and parsed.flow.then is None and not (parsed.words or parsed.settings)
 
 
 def _called(pairs: Sequence[tuple[str, float]]) -> str:

@@ -57,9 +57,9 @@ class PendingBlocks:
         """How many blocks are pending."""
         return self._plain.count
 
-    def scan(self, here: Cursor) -> tuple[Cursor, int]:
+    def scan(self, here: Cursor, most: int) -> tuple[Cursor, int]:
         """Read plain blocks from a line on, in place of those that stand here; as `PlainBlocks.scan`."""
-        return self._plain.scan(self._sources[here.source], here)
+        return self._plain.scan(self._sources[here.source], here, most)
 
     def has_words(self) -> bool:
         """Tell whether a pending block has a word."""

@@ -12,8 +12,9 @@ from cncgen.grammars.terminals import FANUC
 from cncgen.kernels import gcode_scan
 from cncgen.records import dataclass, field
 
-#: Blocks and words that a scan holds; more of them do not make it faster.
-BLOCKS = 4_096
+#: Blocks and words that a scan holds; more of them do not make it faster. Behind a jump, which throws away what was scanned, the
+#: first scan has so few blocks.
+BLOCKS, FEW_BLOCKS = 4_096, 16
 WORDS = 8 * BLOCKS
 
 
@@ -50,13 +51,11 @@ class PlainBlocks:
         """Return the columns in the order in which the kernels take them."""
         return self.line, self.offset, self.flags, self.word_end, self.letters, self.values
 
-    def scan(self, source: Source, start: Cursor) -> tuple[Cursor, int]:
-        """Read plain blocks from a line on; return the first one not read, and why it was not."""
+    def scan(self, source: Source, start: Cursor, most: int = BLOCKS) -> tuple[Cursor, int]:
+        """Read so many plain blocks from a line on, at most; return the first one not read, and why it was not."""
+        lines, *others = self.columns()
         self.count, _, offset, line, why = gcode_scan.scan(
-            source.bytes,
-            start.offset,
-            start.line,
-            *self.columns(),
+            source.bytes, start.offset, start.line, lines[:most], *others
         )
         self.source = start.source
         return Cursor(start.source, offset, line), why
