@@ -68,6 +68,8 @@ def test_an_arc_in_a_tilted_plane_is_the_same_arc(run: Any) -> None:
     [
         ("G53.1", ("plane-missing", 1, 1)),
         ("G68.2 P2 X0 Y0 Z0", ("plane-points", 1, 7)),
+        # Its blocks are counted no further: a list of as many ended in no memory.
+        ("G68.2 P2 Q1 X0 Y0 Z0\nG68.2 P2 Q90000000 X1.", ("plane-points", 2, 7)),
         ("G68.2 P4 X0 Y0 Z0", ("plane-kind", 1, 7)),
         ("G68.2 P1 Q122 X0 Y0 Z0 I1.", ("plane-kind", 1, 10)),
         ("G68 X0 Y0 R30.\nG68.2 X0 Y0 Z0 J90.", ("frame-compensation", 2, 1)),

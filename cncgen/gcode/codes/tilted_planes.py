@@ -72,7 +72,11 @@ def _gathered(ip: Interpreter, block: Block) -> affine.Frame | None:
     if step == min(_BLOCKS[kind]) or (kind == 2 and step == 1 and set(places) != {(2, 0)}):
         places.clear()
     begins = not places and step in ((0, 1) if kind == 2 else (1,))
-    goes_on = bool(places) and sorted(places) == [(kind, k) for k in range(min(places)[1], step)]
+    goes_on = (
+        bool(places)
+        and step in _BLOCKS[kind]
+        and sorted(places) == [(kind, k) for k in range(min(places)[1], step)]
+    )
     if not begins and not goes_on:
         message = f"G68.2 P{kind} Q{step} does not go on from the block before it"
         if step < 0:
