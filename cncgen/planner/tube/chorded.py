@@ -20,7 +20,7 @@ from cncgen.toolpath.record import Kind, Toolpath
 from cncgen.toolpath.slicing import between
 
 #: Part of the tolerance that chords take; smoothing has the rest.
-_SHARE = 0.1
+_SHARE = 0.3
 #: Least tolerance as a multiple of the chords between setpoints, which smoothing shares it with (`smoothing.tolerance_split`). At one, a
 #: curve that it meets exactly takes less time.
 _WIDE = 4.0
