@@ -754,6 +754,8 @@ class Computer:
                 macro and _ARGUMENT[letter - 97]
             ):
                 return False
+        if macro and self.letters[first] != 103:
+            return False
         if not 0.0 <= number <= _MOST_NUMBER or number != floor(number) or len(self.frames) >= self.deepest:
             return False
         if not 1.0 <= times <= (1.0 if macro else _MOST_NUMBER) or times != floor(times):

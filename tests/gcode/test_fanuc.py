@@ -315,6 +315,23 @@ def test_modal_macros_nest(run: Any) -> None:
     ]
 
 
+@pytest.mark.parametrize("by", ["G65 P1 A3.", "G66 P1 A3.\nG4 P0\nX0"])
+def test_g_codes_before_a_macro_call_apply_to_it(run: Any, by: str) -> None:
+    """G91 of the block of G65 was passed over in silence, so the macro went to X3 and not on by 3."""
+    macro = "\nM30\nO1\nX#1\nM99"
+    assert fanuc(run, f"G0 X5\nG91 {by}{macro}")[-1] == [8, 0, 0]
+    assert fanuc(run, f"G0 X5\nG91\n{by}{macro}")[-1] == [8, 0, 0]
+
+
+@pytest.mark.parametrize(
+    ("line", "column"), [("G65 P1 A1. G1", 12), ("X5. G65 P1 A1.", 1), ("G0 X5. G66 P1 A1.", 4)]
+)
+def test_what_is_not_an_argument_of_a_macro_is_refused(run: Any, line: str, column: int) -> None:
+    """B-63324EN, 15.7.1: G65 stands before its arguments, and G is none. They were passed over, or became arguments."""
+    found = run(f"G21\n{line}\nM30\nO1\nX#1\nM99", dialect="fanuc")
+    assert found.errors == [("macro-arguments", 2, column)]
+
+
 def test_angles_of_macros(run: Any) -> None:
     """ATAN[y] is -90 to 90, ATAN[y]/[x] 0 to 360, ASIN 0 to 360 (parameter NAT is 0)."""
     found = fanuc(run, "G0 X[ATAN[-1]] Y[ATAN[-1]/[-1]] Z[ASIN[-0.5]]\nX[ATAN[1]/2] Y[ATAN[1,1]]\nM30")

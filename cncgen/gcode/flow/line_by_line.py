@@ -127,6 +127,12 @@ class LineRunner:
         self.ip.base.block = empty_block(here)
         if code == "m":
             pairs = macros.by_m_code(self.ip, pairs)
+        else:
+            ahead, pairs = macros.apart(pairs, float(code[1:]))
+            if ahead:
+                block = gather(ahead)
+                block.source, block.offset, block.line = here
+                self.execute(block)
         number, times, values = macros.arguments([pair for pair in pairs if pair[1] == pair[1]])
         if code == "g66":
             self.ip.modal_macros.append((number, times, values))

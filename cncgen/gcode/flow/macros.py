@@ -38,6 +38,24 @@ def by_m_code(ip: Interpreter, pairs: list[tuple[str, float]]) -> list[tuple[str
     return [pair for pair in pairs if pair[0] != "m"]
 
 
+def apart(
+    pairs: list[tuple[str, float]], code: float
+) -> tuple[list[tuple[str, float]], list[tuple[str, float]]]:
+    """Return the G codes of a block before G65 or G66, `code`, which the macro begins with, and the words behind it.
+
+    Raises:
+        BlockError: Another word stands before it: G65 stands before its arguments (B-63324EN, 15.7.1).
+    """
+    at = pairs.index(("g", code))
+    for letter, value in pairs[:at]:
+        if letter != "g":
+            message = f"{letter.upper()} stands before G{code:g}, whose arguments stand behind it"
+            raise BlockError(
+                "macro-arguments", message, f"{letter.upper()}{value:g}", hint="give it a block of its own"
+            )
+    return pairs[:at], pairs[at + 1 :]
+
+
 def arguments(pairs: list[tuple[str, float]]) -> tuple[int, int, list[float]]:
     """Return program number (below 0 that of a name), repeats and local parameters of a G65 or G66 block."""
     number, times = None, 1
@@ -61,9 +79,11 @@ def arguments(pairs: list[tuple[str, float]]) -> tuple[int, int, list[float]]:
             values[index - 1] = value
         elif letter in MACRO_PARAMETERS:
             values[MACRO_PARAMETERS[letter] - 1] = value
-        elif letter != "g":
+        else:
             raise BlockError(
-                "macro-arguments", f"{letter.upper()} is not an argument of a macro", letter.upper()
+                "macro-arguments",
+                f"{letter.upper()} is not an argument of a macro",
+                f"{letter.upper()}{value:g}",
             )
     if number is None and any(letter == "h" for letter, _ in pairs):
         message = "G65 H is of custom macro A of older controls, which is not read"
