@@ -103,7 +103,7 @@ class Tube:
         # On a machine that has none of the axes nothing moves, and there is nothing to search.
         self.ended = not finite.any()
         strongest, largest = (float(each[finite | self.ended].max()) for each in (jerk, acceleration))
-        self.scales = Scales(strongest, largest, machine.period_s)
+        self.scales = Scales(strongest, largest, velocity, machine.period_s)
         self.spacing_s, near = (float(each) for each in self.scales.spacing(machine.path_tolerance_mm))
         self.reference = Reference(self.scale, near, 5.0 * machine.period_s)
         self.hand = Hand(self.reference, program, (velocity, acceleration, jerk), machine)

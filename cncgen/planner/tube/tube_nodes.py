@@ -114,6 +114,7 @@ class Scales:
 
     Attributes:
         jerk, acceleration: Of the strongest axis.
+        velocity: Shape (axes,), limits.
         period_s: Time between setpoints.
         part: Part of the tolerance that nodes have for their room.
         close: How many times closer than usual nodes are.
@@ -121,6 +122,7 @@ class Scales:
 
     jerk: float
     acceleration: float
+    velocity: Floats
     period_s: float
     part: float = 1.0
     close: float = 1.0
@@ -131,7 +133,7 @@ class Scales:
         return SPACING[0] * time, SPACING[1] * time
 
     def floor(self, tolerance: float) -> float:
-        """Return a speed with which any corner is passed, mm/s."""
+        """Return a speed with which strong axes pass any corner, mm/s."""
         return 2.0 * float(elementary.cbrt(tolerance**2 * self.jerk))
 
 
@@ -264,14 +266,18 @@ class _Clock:
         tolerance: float,
     ) -> _Clock:
         """Return the clock between the first place and the last one; the arguments are those of `nodes_of`, and which rows begin at joints."""
-        (usual, near), floor = scales.spacing(tolerance), scales.floor(tolerance)
+        usual, near = scales.spacing(tolerance)
         seen = places[joint]
         s = np.unique(np.concatenate([grid.s[(grid.s > places[0]) & (grid.s < places[-1])], seen]))
         free, v, bend, rate = (
             np.interp(s, grid.s, each) for each in (grid.free, grid.v, grid.bend, grid.rate)
         )
         cell = np.diff(s)
-        quick = np.minimum(np.diff(free), cell * 0.5 * (rate[1:] + rate[:-1]) / floor)
+        # A corner is passed no faster than its slowest axis goes.
+        slowest = np.interp(s, grid.s, (np.abs(grid.tangent) / scales.velocity).max(axis=1))
+        floor = np.minimum(scales.floor(tolerance), 1.0 / np.maximum(slowest, 1e-300))
+        passing = rate / floor
+        quick = np.minimum(np.diff(free), cell * 0.5 * (passing[1:] + passing[:-1]))
         where = np.searchsorted(s, seen)
         blocks = where[np.flatnonzero(border[joint])]
         slow = [0, len(s)]

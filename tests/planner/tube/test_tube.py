@@ -246,6 +246,17 @@ def test_the_exact_path_stays_under_g61_and_where_effort_is_fast() -> None:
     assert best < fast < exact
 
 
+@pytest.mark.parametrize("tolerance", [0.03, 0.1])
+def test_a_circle_takes_the_time_of_its_slow_axis(tolerance: float) -> None:
+    """Y is at its velocity nearly all the time: down by 2 − P at least, and back (5.625 and 5.630 s before)."""
+    slow, fast = machine(0.708624, 261.289, 30000.0), machine(23.6208, 8709.64, 1e6)
+    mixed = replace(slow, axes={**fast.axes, "Y": slow.axes["Y"]})
+    text = f"G21 G90 G94 G17 G64 P{tolerance}\nG2 X0 Y0 I0 J-1 F2251.46\nM30\n"
+    seconds, broken = planned(text, mixed)
+    assert not broken
+    assert seconds < 1.005 * 2.0 * (2.0 - tolerance) / 0.708624
+
+
 def test_nodes_are_met_as_exactly_as_short_periods_need() -> None:
     """At 0.1 ms steps of 0.03 nm between pieces of the motion were 1.3 % of the jerk limit."""
     on = replace(machine(), period_s=1e-4)
