@@ -249,7 +249,7 @@ def test_corners_of_a_pocket_are_rounded_by_q8(run: Run, tools: Path) -> None:
     body = "TOOL CALL 1 Z S500\nCYCL DEF 14.0 CONTOUR\nCYCL DEF 14.1 CONTOUR LABEL 1\n" + DATA.replace(
         "Q9=+1", "Q9=+1 ~\n Q8={radius}"
     )
-    body += f"CYCL DEF 24 SIDE ~\n{FEEDS} ~\n Q14=+0\nCYCL CALL"
+    body += f"CYCL DEF 24 SIDE ~\n{FEEDS} ~\n Q9=+1 ~\n Q14=+0\nCYCL CALL"
     found = ends(run, body.format(radius=3), SQUARE, tool_table=tools)
     around = [(10, 2), (15, 2), (18, 5), (18, 15), (15, 18), (5, 18), (2, 15), (2, 5), (5, 2), (10, 2)]
     assert [tuple(end[:2]) for end in found if end[2] == -4.0] == around

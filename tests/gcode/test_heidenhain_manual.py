@@ -162,7 +162,7 @@ def test_a_cycle_without_depth_is_not_made(run: Any, number: int) -> None:
     )
     out = run(text)
     assert out.errors == []
-    assert [d.code for d in out.diagnostics if d.severity == "warning"] == ["cycle-depth"]
+    assert [d.code for d in out.diagnostics if d.severity == "warning"] == ["cycle-parameters", "cycle-depth"]
     assert out.path.end[out.path.kind < 3][:, 2].max() == 250
 
 

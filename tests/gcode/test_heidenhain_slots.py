@@ -220,7 +220,7 @@ def test_finishing_without_an_allowance_is_told(run: Any, tmp_path: Path) -> Non
 
 def test_infeeds_of_deep_drilling_are_told(run: Any) -> None:
     """Q202 of 241 was passed over without a word."""
-    out = run(f"{PLAIN}{DEEP}{HEIGHTS} ~\n Q202=+20\nCYCL CALL\n9 END PGM T MM\n")
+    out = run(f"{PLAIN}{DEEP}{HEIGHTS} ~\n Q202=+20 ~\n Q211=+0\nCYCL CALL\n9 END PGM T MM\n")
     assert [d.code for d in out.diagnostics if d.severity == "warning"] == ["cycle-peck"]
 
 

@@ -193,7 +193,7 @@ def walls(ip: Interpreter, ways: Sequence[Sequence[Segment]], how: Clearing) -> 
             tool.plunge(level, how.plunge, how.feed)
             for segment in way:
                 tool.follow(segment)
-            tool.to(z=how.start, rapid=True)
+            tool.rise(how.start, how.out)
 
 
 def clear(
@@ -227,7 +227,7 @@ def clear(
             for a, b in reversed(spans) if back else spans:
                 begin, end = complex(b if back else a, y), complex(a if back else b, y)
                 if at is None or not free(at, begin, segments, radius):
-                    tool.to(z=max(how.start, ip.state.position[2]), rapid=True)
+                    tool.rise(max(how.start, ip.state.position[2]), how.out)
                     tool.to(begin, rapid=True)
                     tool.to(z=above, rapid=True)
                     tool.plunge(level, how.plunge, how.feed)
@@ -235,7 +235,7 @@ def clear(
                 tool.to(end)
                 at = end
             back = not back and bool(spans)
-        tool.to(z=how.start, rapid=True)
+        tool.rise(how.start, how.out)
         above = min(how.start, level + gap)
 
 

@@ -46,6 +46,12 @@ class FlatCutter:
         self.to(z=level)
         self.feed(feed)
 
+    def rise(self, z: float, feed: float) -> None:
+        """Go up to a height at a feed, or in a traverse where that is infinite."""
+        if z > self.ip.state.position[2] and feed < math.inf:
+            self.feed(feed)
+        self.to(z=z, rapid=feed == math.inf)
+
     def arc(self, place: complex, centre: complex, turns: int, z: float | None = None) -> None:
         """Go to a place on an arc or a helix, counter-clockwise where `turns` is above 0."""
         end, middle = self._end(place, z), self.origin + centre * self.turn

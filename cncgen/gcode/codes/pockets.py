@@ -37,7 +37,8 @@ class Pocket:
 class Clearing:
     """How a pocket is cleared: tool radius, step aside, levels in Z, heights, feeds, and the sense (1 counter-clockwise).
 
-    A finished pocket has been cleared before: above the last level, the floor, the tool goes along the wall alone.
+    A finished pocket has been cleared before: above the last level, the floor, the tool goes along the wall alone. `out` is the feed upwards
+    along contours, infinite for a traverse.
     """
 
     radius: float
@@ -48,6 +49,7 @@ class Clearing:
     plunge: float
     sense: int = 1
     finish: bool = False
+    out: float = math.inf
 
 
 def clear(ip: Interpreter, pocket: Pocket, how: Clearing, name: str) -> None:

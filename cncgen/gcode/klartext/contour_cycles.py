@@ -19,7 +19,7 @@ from cncgen.gcode.codes.pockets import Clearing
 from cncgen.gcode.codes.turning_profiles import Segment, backwards, moved_aside
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.klartext.hole_cycle import HoleCycle, infeeds
+from cncgen.gcode.klartext.hole_cycle import FASTEST, HoleCycle, infeeds
 from cncgen.units import INCH
 
 #: Returns the contour of a label: its segments, and the side of the tool (1 left, -1 right, 0 none).
@@ -80,18 +80,24 @@ class Contours:
         """Return the levels down to an allowance above the floor, Q10 apart."""
         return infeeds(self.q[5], self.q[5] + self.q[1] + floor, abs(self.q[10]), self.name, "Q10")
 
-    def how(self, levels: tuple[float, ...]) -> Clearing:
-        """Return how the tool goes: feeds Q12 and Q11."""
+    def out(self) -> float:
+        """Return the feed upwards, Q208, which is Q12 where it is 0."""
+        feed = self.q[208] or self.q[12]
+        return math.inf if feed >= FASTEST else feed
+
+    def how(self, levels: tuple[float, ...], out: float = math.inf) -> Clearing:
+        """Return how the tool goes: feeds Q12 and Q11, and that upwards."""
         q = self.q
         message = f"{self.name} has no feed: Q11 = {q[11]:g}, Q12 = {q[12]:g}"
         refuse(self.name, (min(q[11], q[12]) <= 0.0, "feed-missing", message, "Q11 plunges, Q12 mills"))
-        return Clearing(self.radius, (q[2] or 1.0) * self.radius, levels, self.start, q[12], q[11])
+        step = (q[2] or 1.0) * self.radius
+        return Clearing(self.radius, step, levels, self.start, q[12], q[11], out=out)
 
-    def around(self, allowance: float, levels: tuple[float, ...]) -> None:
+    def around(self, allowance: float, levels: tuple[float, ...], out: float = math.inf) -> None:
         """Go around every contour."""
         distance, climb = self.radius + allowance, self.q[9] >= 0.0
         ways = around(self.contours, distance, self.name, climb=climb)
-        walls(self.ip, [self._rounded(way, left=climb) for way in ways], self.how(levels))
+        walls(self.ip, [self._rounded(way, left=climb) for way in ways], self.how(levels, out))
 
     def _rounded(self, way: list[Segment], *, left: bool) -> list[Segment]:
         """Return a way whose inner corners are arcs of the tool's centre of radius Q8: aside by that and back, which rolls around them.
@@ -111,11 +117,11 @@ class Contours:
             )
             return way
 
-    def rows(self, allowance: float, levels: tuple[float, ...]) -> None:
+    def rows(self, allowance: float, levels: tuple[float, ...], out: float) -> None:
         """Clear the pockets in rows."""
         self.cycle.go(max(self.ip.state.position[2], self.start), rapid=True)
         shapes = [contour for contour, _ in self.contours]
-        clear(self.ip, shapes, self.radius + allowance, self.how(levels), self.q[6], self.name)
+        clear(self.ip, shapes, self.radius + allowance, self.how(levels, out), self.q[6], self.name)
 
     def end(self) -> None:
         """Go to the clearance height Q7."""
@@ -124,25 +130,19 @@ class Contours:
 
 
 def rough(contours: Contours) -> None:
-    """22: rows, then once around, Q3 off the wall and Q4 off the floor."""
+    """22: rows, then once around, Q3 off the wall and Q4 off the floor; up at Q208."""
     q = contours.q
-    if q[18]:
-        message = f"Q18 = {q[18]:g} of {contours.name}: the contour is cleared as a whole, since the rest of that tool is not computed"
-        cleared = BlockError(
-            "contour-cleared", message, contours.name, hint="the time is longer than on the control"
-        )
-        contours.ip.warn_once(cleared, Severity.WARNING)
     levels = contours.levels(q[4])
-    contours.rows(q[3], levels)
-    contours.around(q[3], levels)
+    contours.rows(q[3], levels, contours.out())
+    contours.around(q[3], levels, contours.out())
     contours.end()
 
 
 def floor(contours: Contours) -> None:
-    """23: the floor in rows, and once around, Q3 off the wall."""
+    """23: the floor in rows, and once around, Q3 off the wall; up at Q208."""
     bottom = (contours.q[5] + contours.q[1],)
-    contours.rows(contours.q[3], bottom)
-    contours.around(contours.q[3], bottom)
+    contours.rows(contours.q[3], bottom, contours.out())
+    contours.around(contours.q[3], bottom, contours.out())
     contours.end()
 
 

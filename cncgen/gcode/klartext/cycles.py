@@ -1,453 +1,149 @@
 """Cycles of Heidenhain's plain language: their values are the Q parameters that follow CYCL DEF.
 
-Q200 set-up clearance, Q201 depth (its sign is the direction), Q203 surface, Q204 second clearance, Q206 feed downwards, Q202 infeed.
+Q200 set-up clearance, Q201 depth (its sign is the direction), Q203 surface, Q204 second clearance, Q206 feed downwards, Q202 infeed. A row
+of `ROWS` says of each cycle what it reads; what is given beside that, and what is left out, is told (TNC 640, user's manual for cycles).
 """
 
 from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import NamedTuple
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import Block, evaluate
+from cncgen.gcode.block import Block
 from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.places import in_rows, on_circle
 from cncgen.gcode.codes.plain_language import Plain
-from cncgen.gcode.codes.steps import MOST, steps_of
+from cncgen.gcode.codes.steps import MOST
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext import (
     contour_cycles,
+    drilling,
     engraving,
     finishing,
+    older_cycles,
     polygon_stud,
     programs,
     slots,
     studs,
     threads,
 )
-from cncgen.gcode.klartext.hole_cycle import FASTEST, HoleCycle, Z
-from cncgen.gcode.text.plain_language import Raw, words_of
-
-#: How far cycle 202 steps off the wall without Q357, mm, and by Q214 where to.
-_OFF = 0.2
-#: The angle of the point of a centring tool, degrees, where its diameter says how deep it goes.
-_POINT_DEG = 90.0
-#: Cycles whose Q395 = 1 counts the depth from where the drill is as wide as it gets.
-_TO_THE_TIP = (200, 203, 205, 241)
-_WAYS = {0: 0j, 1: -1 + 0j, 2: -1j, 3: 1 + 0j, 4: 1j}
+from cncgen.gcode.klartext.hole_cycle import FASTEST, HoleCycle
 
 
-def _drill(cycle: HoleCycle) -> None:
-    """200: in infeeds of Q202, out after each for Q210 and back to Q200 above it; upwards where the depth Q201 is above 0."""
-    q, way = cycle.q, math.copysign(1.0, cycle.q[201])
-    makes, hint = f"Q202 = {q[202]:g} makes {{}} infeeds", "Q202 is the depth of one infeed"
-    cycle.begin()
-    count = steps_of(abs(q[201]), abs(q[202]), "CYCL", makes, hint)
-    for k in range(1, count):
-        depth = q[203] + way * abs(q[202]) * k
-        cycle.go(depth, rapid=False)
-        cycle.go(cycle.start, rapid=True)
-        cycle.dwell(q[210])
-        cycle.go(depth + q[200], rapid=True)
-    cycle.go(cycle.bottom, rapid=False)
-    cycle.dwell(q[211])
-    cycle.end()
+class Told(NamedTuple):
+    """A parameter that is read at one value alone: that, what is done at each other one, and the diagnostic of it."""
+
+    neutral: float
+    done: str
+    code: str = "cycle-parameters"
 
 
-def _ream(cycle: HoleCycle) -> None:
-    """201: in at Q206, wait Q211, out at Q208."""
-    cycle.drill()
-    cycle.out()
-    cycle.end()
+class CycleRow(NamedTuple):
+    """What a cycle takes.
 
-
-def _bore(cycle: HoleCycle) -> None:
-    """202: in, off the wall by Q357 (0.2 mm on controls that lack it) where Q214 says so, out at Q208."""
-    number = cycle.q[214]
-    message, hint = f"Q214 = {number:g} of cycle 202 is not within 0 to 4", "0 stays, 1 to 4 are X- Y- X+ Y+"
-    refuse("CYCL", (round(number) not in _WAYS, "cycle-words", message, hint))
-    cycle.drill()
-    place = cycle.place()
-    off = cycle.q[357] if cycle.q[357] >= 0.0 else _OFF / cycle.unit_mm
-    cycle.to(place + off * _WAYS[round(number)], rapid=True)
-    cycle.out()
-    cycle.end()
-    cycle.to(place, rapid=True)
-
-
-def _steps(cycle: HoleCycle, begin: float | None = None) -> list[float]:
-    """Return the depths of 203 and 205 from the surface, or a start, on: Q202, less by Q212 each time, at least Q205."""
-    q, depths, at = cycle.q, list[float](), cycle.q[203] if begin is None else begin
-    step, many = abs(q[202]) or abs(q[201]), f"Q202 = {q[202]:g} makes more than {MOST} infeeds"
-    while at > cycle.bottom:
-        refuse("CYCL", (len(depths) >= MOST, "cycle-infeed", many, "Q202 is the depth of one infeed"))
-        at = max(cycle.bottom, at - step)
-        depths.append(at)
-        step = max(step - abs(q[212]), abs(q[205]) or 1e-3) if q[212] else step
-    return depths
-
-
-def _universal(cycle: HoleCycle) -> None:
-    """203: as 200, with smaller and smaller infeeds, Q213 chip breaks of Q256 before the tool goes out, out at Q208 (0: at Q206)."""
-    q = cycle.q
-    cycle.go(cycle.start, rapid=True)
-    breaks = round(q[213])
-    for depth in _steps(cycle):
-        cycle.feed(q[206], "Q206")
-        cycle.go(depth, rapid=False)
-        if depth == cycle.bottom:
-            break
-        if breaks > 0:
-            breaks -= 1
-            cycle.go(depth + abs(q[256]), rapid=False)
-            continue
-        breaks = round(q[213])
-        cycle.out()
-        cycle.dwell(q[210])
-        cycle.go(depth + q[200], rapid=True)
-    cycle.dwell(q[211])
-    cycle.out()
-    cycle.end()
-
-
-def _peck(cycle: HoleCycle) -> None:
-    """205: out after each infeed, back to Q258 (to Q259 at the end) above; every Q257 a chip break of Q256. Below a deepened start Q379,
-    before which the tool goes at Q253 to a fifth of that, at most Q200, above it, infeeds count from there (TNC 640, "Position behavior
-    when working with Q379"); the way out is the same, at
-    Q208 (0: at Q206; at full speed on controls that lack it)."""
-    q = cycle.q
-    cycle.go(cycle.start, rapid=True)
-    depths, at = _steps(cycle), q[203]
-    if q[379]:
-        at = q[203] - q[379]
-        message = f"the start Q379 = {q[379]:g} of cycle 205 is not between the surface and the depth Q201 = {q[201]:g}"
-        hint = "Q379 is how deep the hole is already"
-        refuse("CYCL", (not cycle.bottom < at < q[203], "cycle-words", message, hint))
-        depths = _steps(cycle, at)
-        cycle.feed(q[253], "Q253")
-        cycle.go(at + min(0.2 * q[379], q[200]), rapid=False)
-    cycle.feed(q[206], "Q206")
-    for k, depth in enumerate(depths):
-        cycle.down(at, depth)
-        at = depth
-        if depth == cycle.bottom:
-            break
-        part = k / max(1, len(depths) - 1)
-        ahead = q[258] + (q[259] - q[258]) * part if q[259] else q[258]
-        cycle.go(cycle.start, rapid=True)
-        cycle.go(depth + ahead, rapid=True)
-    cycle.dwell(q[211])
-    if q[208] < FASTEST:
-        cycle.out()
-    cycle.end()
-
-
-def _tap(cycle: HoleCycle) -> None:
-    """207: in and out in step with the spindle, Q239 a revolution (below 0: left)."""
-    pitch, speed = cycle.q[239], cycle.ip.state.speed
-    refuse(
-        "CYCL",
-        (not pitch, "pitch-missing", "cycle 207 has no pitch: Q239 = 0", "Q239 is the pitch"),
-        (speed <= 0.0, "spindle-stopped", "cycle 207 has no speed of the spindle", "TOOL CALL 5 Z S500"),
-    )
-    cycle.go(cycle.start, rapid=True)
-    cycle.feed(abs(pitch) * speed, "Q239 S")
-    cycle.go(cycle.bottom, rapid=False)
-    cycle.go(cycle.start, rapid=False)
-    cycle.end()
-
-
-def _bore_milling(cycle: HoleCycle) -> None:
-    """208: a helix of Q334 a turn to the diameter Q335, one turn at the bottom, out by the middle."""
-    ip, q = cycle.ip, cycle.q
-    tool = ip.cutting_radius(cycle.name, q[335] / 2.0)
-    radius = q[335] / 2.0 - tool
-    narrow = f"Q335 = {q[335]:g} is not above the tool's diameter, {2.0 * tool:g}"
-    flat = f"Q334 = {q[334]:g}, the depth of a turn, must be above 0"
-    refuse(
-        "CYCL",
-        (radius <= 0.0, "cycle-tool", narrow, "cycle 200 drills"),
-        (q[334] <= 0.0, "cycle-infeed", flat, "each turn of the helix goes deeper by Q334"),
-    )
-    middle, sense = cycle.place(), -1 if q[351] < 0.0 else 1
-    makes, hint = f"Q334 = {q[334]:g} makes {{}} turns", "Q334 is the depth of one turn"
-    turns = steps_of(cycle.start - cycle.bottom, q[334], "CYCL", makes, hint)
-    cycle.begin()
-    cycle.to(middle + radius)
-    for count in (turns, 1):
-        cycle.arc(middle + radius, middle, sense * count, cycle.bottom)
-    cycle.to(middle)
-    cycle.end()
-
-
-def _rectangle(cycle: HoleCycle) -> None:
-    """251: Q218 by Q219, corners Q220, turned by Q224 about the tool's place, which Q367 names."""
-    q = cycle.q
-    middle = slots.middle_of(cycle, (q[218], q[219]), q[224])
-    slots.pocket(cycle, q[218], q[219], q[220], q[224], middle)
-
-
-def _round(cycle: HoleCycle) -> None:
-    """252: the diameter Q223."""
-    slots.pocket(cycle, cycle.q[223], cycle.q[223], cycle.q[223] / 2.0, 0.0)
-
-
-def _slot(cycle: HoleCycle) -> None:
-    """253: a slot of length Q218 and width Q219, turned by Q374 about the tool's place, which Q367 names."""
-    q = cycle.q
-    middle = slots.middle_of_slot(cycle, q[218], q[219], q[374])
-    slots.pocket(cycle, q[218], q[219], q[219] / 2.0, q[374], middle)
-
-
-def _centre(cycle: HoleCycle) -> None:
-    """240: in at Q206 to the depth Q201, or to that of the diameter Q344, wait Q211, out."""
-    if round(cycle.q[343]):
-        depth = cycle.q[203] - cycle.bottom
-        message = f"cycle 240 takes the depth {depth:g} from the diameter Q344 = {cycle.q[344]:g} for a point of {_POINT_DEG:g} degrees"
-        hint = "Q343=0 with the depth Q201 leaves no doubt: the tool table has no angle of a point"
-        cycle.ip.warn_once(BlockError("tool-assumed", message, "CYCL", hint=hint), Severity.WARNING)
-    cycle.drill()
-    cycle.go(cycle.start, rapid=True)
-    cycle.end()
-
-
-def _levels(number: int, q: Sequence[float]) -> tuple[float, float] | None:
-    """Return surface and depth of a cycle that has them from other parameters than Q203 and Q201.
-
-    204 has them from the part's thickness, 240 with Q343 = 1 from where the point is as wide as Q344. The angle of the point is T-ANGLE of
-    the control's tool table, which the table here does not have. 200 and 201 go upwards too.
+    Attributes:
+        run: What runs it where the tool is; None where it is data, or a pattern, which runs at once.
+        reads: The Q parameters that it reads.
+        idle: Those that change no motion: angles of the spindle, coolant, and what counts under others that are not read alone.
+        told: Those that are read at one value alone.
+        lacking: What parameters are on controls whose cycle lacks them; those that no control has end what another cycle has set.
+        free: Whether it finds its heights by itself.
     """
-    if number == 204:
-        return q[203], -q[250]
-    if number in (200, 201) and q[201]:
-        return q[203], q[201]
-    if number != 240 or not round(q[343]):
-        return None
-    message = "Q343 = 1 of cycle 240 takes the depth from the diameter Q344, which is 0"
-    refuse("CYCL", (not q[344], "cycle-words", message, "Q343=0 takes the depth Q201"))
-    return q[203], -abs(q[344]) / 2.0 / math.tan(math.radians(_POINT_DEG / 2.0))
+
+    run: Callable[..., None] | None
+    reads: str
+    idle: str = ""
+    told: Mapping[int, Told] = {}
+    lacking: Mapping[int, float] = {}
+    free: bool = False
 
 
-def _tap_floating(cycle: HoleCycle) -> None:
-    """206: in at Q206, wait Q211, out at Q206 with the spindle turning back."""
-    ip = cycle.ip
-    cycle.drill()
-    ip.sink.set_spindle(ip.state.speed, -ip.state.direction)
-    cycle.go(cycle.start, rapid=False)
-    ip.sink.set_spindle(ip.state.speed, ip.state.direction)
-    cycle.end()
-
-
-def _tap_breaking(cycle: HoleCycle) -> None:
-    """209: as 207, back by Q256 (all the way out where that is 0) after each Q257; out of the hole Q403 times as fast, if it is given."""
-    ip, q, pitch = cycle.ip, cycle.q, cycle.q[239]
-    if not pitch or ip.state.speed <= 0.0 or q[257] <= 0.0:
-        _tap(cycle)
-        return
-    cycle.go(cycle.start, rapid=True)
-    cycle.feed(abs(pitch) * ip.state.speed, "Q239 S")
-    cycle.down(q[203], cycle.bottom, cycle.start if q[256] == 0.0 else None)
-    if q[403] > 0.0:
-        cycle.feed(abs(pitch) * ip.state.speed * q[403], "Q239 S Q403")
-    cycle.go(cycle.start, rapid=False)
-    cycle.end()
-
-
-#: Cycles of TNC 155 to 426 whose values stand in parts: set-up clearance, depth, then those of each.
-_OLD: dict[int, tuple[str, ...]] = {
-    1: ("SETUP", "DEPTH", "PECKG", "DWELL", "F"),
-    2: ("SETUP", "DEPTH", "DWELL", "F"),
-    3: ("SETUP", "DEPTH", "PECKG", "X", "Y", "F"),
-    4: ("SETUP", "DEPTH", "PECKG", "X", "Y", "F"),
-    5: ("SETUP", "DEPTH", "PECKG", "RADIUS", "F"),
-    17: ("SETUP", "DEPTH", "PITCH"),
-    18: ("DEPTH", "PITCH"),
+_TIP = {
+    395: Told(
+        0.0, "it counts the depth from the width of the drill on, and the tip goes there", "tool-assumed"
+    )
 }
-_THREAD = 18
-_OLD_POCKETS = {3: slots.slot, 4: slots.rectangle, 5: slots.circle}
-#: Cycles that move nothing that is planned: orientation of the spindle; weighing the load, tuning by the machine's builder.
-_IDLE = (13, 239, 332, 392)
-
-
-def take_part(ip: Interpreter, number: int, part: int, text: str) -> None:
-    """CYCL DEF n.p: take the values of an old cycle; part 0 begins it."""
-    plain = Plain.of(ip)
-    if part == 0:
-        define(ip, number)
-        plain.parts = {}
-        return
-    if plain.cycle == number and 1 <= part <= len(_OLD.get(number, ())):
-        take_value(ip, number, part, words_of(text))
-
-
-def take_value(ip: Interpreter, number: int, part: int, raw: Sequence[Raw]) -> None:
-    """Take the words of one of its values."""
-    plain, names = Plain.of(ip), _OLD[number]
-    given = {name: evaluate(value, ip.parameters) for name, value in raw if value == value}
-    sense = given.pop("DR±", None)
-    words = list(given.items())
-    if words:
-        plain.parts[names[part - 1]] = words[0][1]
-    if names[part - 1] == "X":
-        plain.parts["FIRST"] = float(words[0][0] == "Y") if words else 0.0
-    # The feed downwards stands behind the infeed, the sense and the corners behind the feed.
-    for name, found in words[1:]:
-        plain.parts["RADIUS" if name.startswith("R") else "PLUNGE"] = found
-    if sense is not None:
-        plain.parts["SENSE"] = sense
-
-
-def _old(ip: Interpreter, number: int) -> None:
-    """1 pecks, 2 taps with a floating chuck, 17 taps in step with the spindle, 3 to 5 clear a slot or a pocket: from where the tool is,
-    the set-up clearance above. 18 cuts a thread from there on."""
-    parts = Plain.of(ip).parts
-    for k, name in enumerate(_OLD[number], 1):
-        part = f"{number}.{k} {name}"
-        refuse(
-            "CYCL",
-            (name not in parts, "cycle-words", f"cycle {number} has no {part}", f"CYCL DEF {part} gives it"),
-        )
-    values = {"RADIUS": 0.0, "FIRST": 0.0, **parts}
-    if number == _THREAD:
-        _cut_thread(ip, values["DEPTH"], values["PITCH"])
-        return
-    top = ip.state.position[Z]
-    surface = top - abs(values["SETUP"])
-    q, feed = ip.parameters.numbers, values.get("F", 0.0)
-    given = {200: abs(values["SETUP"]), 201: -abs(values["DEPTH"]), 203: surface, 204: 0.0, 202: abs(values.get("PECKG", 0.0)), 210: 0.0,
-             206: values.get("PLUNGE", feed), 207: feed, 211: values.get("DWELL", 0.0), 239: values.get("PITCH", 0.0), 215: 0.0, 368: 0.0, 369: 0.0, 370: 1.0,
-             351: values.get("SENSE", 1.0)}  # fmt: skip
-    kept = {key: q[key] for key in given}
-    for key, value in given.items():
-        q[key] = value
-    try:
-        cycle = HoleCycle(ip, f"cycle {number}")
-        if number in _OLD_POCKETS:
-            _OLD_POCKETS[number](cycle, values)
-        else:
-            {1: _peck_old, 2: _tap_floating, 17: _tap}[number](cycle)
-    finally:
-        for key, value in kept.items():
-            q[key] = value
-
-
-def _cut_thread(ip: Interpreter, depth: float, pitch: float) -> None:
-    """18: to a depth from where the tool is, in step with the spindle, which then stands; ways to and from it are the program's."""
-    wrong = not depth or not pitch or ip.state.speed <= 0.0
-    message = f"cycle 18 has DEPTH = {depth:g}, PITCH = {pitch:g} and a spindle of S{ip.state.speed:g}"
-    refuse("CYCL", (wrong, "cycle-words", message, "DEPTH below 0 leads downwards; TOOL CALL gives S"))
-    end = ip.state.position.copy()
-    end[Z] += depth
-    turn = 1 if (depth < 0.0) == (pitch > 0.0) else -1
-    ip.sink.set_spindle(ip.state.speed, turn)
-    ip.sink.set_feed_rate(abs(pitch) * ip.state.speed)
-    ip.go(end)
-    ip.state.direction = 0
-    ip.sink.set_spindle(ip.state.speed, 0)
-    ip.sink.set_feed_rate(ip.state.feed)
-
-
-def _peck_old(cycle: HoleCycle) -> None:
-    """1: out after each infeed, and back to 0.6 mm above (depth / 50, at most 7 mm, in holes deeper than 30 mm)."""
-    depth, mm = abs(cycle.q[201]), 1.0 / cycle.unit_mm
-    ahead = 0.6 * mm if depth <= 30.0 * mm else min(depth / 50.0, 7.0 * mm)
-    cycle.feed(cycle.q[206], "F")
-    for level in _steps(cycle):
-        cycle.go(level, rapid=False)
-        if level == cycle.bottom:
-            break
-        cycle.go(cycle.start, rapid=True)
-        cycle.go(level + ahead, rapid=True)
-    cycle.dwell(cycle.q[211])
-    cycle.end()
-
-
-def _back_bore(cycle: HoleCycle) -> None:
-    """204: down beside the middle by Q251 until the tooth, Q252 above the tip, is Q200 below the part, which is Q250 thick; then up from
-    below by Q249."""
-    q = cycle.q
-    way = _WAYS.get(round(q[214]))
-    message = f"Q214 = {q[214]:g}, Q249 = {q[249]:g} and Q250 = {q[250]:g} do not make cycle 204"
-    wrong, hint = not way or min(q[249], q[250]) <= 0.0, "Q214 is 1 to 4: X- Y- X+ Y+; depths are above 0"
-    refuse("CYCL", (wrong, "cycle-words", message, hint))
-    middle = cycle.place()
-    beside = middle + q[251] * (way or 0j)
-    below = q[203] - q[250] - q[252]
-    cycle.go(cycle.start, rapid=True)
-    cycle.to(beside, rapid=True)
-    cycle.feed(q[253], "Q253")
-    cycle.go(below - q[200], rapid=False)
-    cycle.to(middle, rapid=True)
-    cycle.feed(q[254], "Q254")
-    cycle.go(below + q[249], rapid=False)
-    cycle.dwell(q[255])
-    cycle.feed(q[253], "Q253")
-    cycle.go(below - q[200], rapid=False)
-    cycle.to(beside, rapid=True)
-    cycle.go(cycle.start, rapid=False)
-    cycle.to(middle, rapid=True)
-    cycle.end()
-
-
-def _single_lip(cycle: HoleCycle) -> None:
-    """241: to Q200 above the deepened start Q379 at Q253 with the spindle at Q427, down at Q206 with it at Q428, out at Q208.
-
-    Below the dwell depth Q435, where it waits Q211, it goes at Q401 percent of Q206. The control clears chips between infeeds of Q202 at a
-    height that its manual gives only for deepened starts; here they are one.
-    """
-    q, ip = cycle.q, cycle.ip
-    turn = {3: 1, 4: -1, 5: 0}.get(round(q[426]), ip.state.direction)
-    cycle.go(cycle.start, rapid=True)
-    if q[427] > 0.0:
-        ip.sink.set_spindle(q[427], turn)
-    if q[379] > 0.0:
-        cycle.feed(q[253], "Q253")
-        cycle.go(q[203] - q[379] + q[200], rapid=False)
-    if q[428] > 0.0:
-        ip.sink.set_spindle(q[428], turn or 1)
-    if 0.0 < q[202] < -q[201]:
-        message = f"{cycle.name} drills in one go: how far it comes back between infeeds of Q202 = {q[202]:g} is not read"
-        ip.warn_once(
-            BlockError("cycle-peck", message, "CYCL", hint="cycle 205 drills in infeeds"), Severity.WARNING
-        )
-    cycle.feed(q[206], "Q206")
-    if q[435]:
-        message = f"the dwell depth Q435 = {q[435]:g} of {cycle.name} is not between the surface and the depth Q201 = {q[201]:g}"
-        refuse("CYCL", (not 0.0 < abs(q[435]) < -q[201], "cycle-words", message, "0 is none"))
-        cycle.go(q[203] - abs(q[435]), rapid=False)
-        cycle.dwell(q[211])
-        cycle.feed(q[206] * (q[401] or 100.0) / 100.0, "Q401")
-    cycle.go(cycle.bottom, rapid=False)
-    cycle.dwell(q[211])
-    if q[427] > 0.0:
-        ip.sink.set_spindle(q[427], turn)
-    cycle.out()
-    cycle.end()
-
-
-_RUN: dict[int, Callable[[HoleCycle], None]] = {
-    200: _drill, 201: _ream, 202: _bore, 203: _universal, 204: _back_bore, 205: _peck, 206: _tap_floating, 207: _tap, 208: _bore_milling,
-    209: _tap_breaking, 240: _centre, 241: _single_lip, 251: _rectangle, 252: _round, 253: _slot, 225: engraving.engrave, 254: slots.bows, **threads.RUN, **finishing.RUN,
+_STRAIGHT = {366: Told(0.0, "the tool plunges straight down at Q206")}
+_EDGE = {439: Told(0.0, "F is the feed of the tool's centre")}
+_POCKET = "215 368 207 351 201 202 369 206 338 200 203 204 385"
+_STUD = "368 207 351 201 202 206 200 203 204 370 215 369 338 385"
+#: Newer controls finish studs; before, Q368 was left.
+_ROUGH = {215: 1.0, 369: 0.0, 338: 0.0, 385: 0.0}
+_FRONT = "358 359 200 203 204"
+_REST = {
+    18: Told(
+        0.0, "the contour is cut as a whole, since the rest of that tool is not computed", "contour-cleared"
+    )
+}
+_FINISHING = "200 201 206 202 207 203 204 216 217"
+_OLD_SLOT = "219 201 207 202 215 200 203 204 216 217 338 206"
+#: By number, the cycles that are read whose values are Q parameters.
+ROWS: dict[int, CycleRow] = {
+    20: CycleRow(None, "1 2 3 4 5 6 7 8 9"),
+    21: CycleRow(contour_cycles.pilot, "10 11 13"),
+    22: CycleRow(contour_cycles.rough, "10 11 12 208", "404", {19: Told(0.0, "the tool plunges straight down at Q11"), **_REST,
+        401: Told(100.0, "F stays Q12 where the tool cuts its whole width")}, {208: FASTEST}),
+    23: CycleRow(contour_cycles.floor, "11 12 208", lacking={208: FASTEST}),
+    # 438 is the tool that roughed, from which the control finds where the way on begins.
+    24: CycleRow(contour_cycles.side, "9 10 11 12 14", "438", lacking={14: 0.0}),
+    25: CycleRow(contour_cycles.train, "1 3 5 7 10 11 12 15", "446 447 448", _REST),
+    200: CycleRow(drilling.drill, "200 201 206 202 210 203 204 211", "", _TIP),
+    201: CycleRow(drilling.ream, "200 201 206 211 208 203 204"),
+    202: CycleRow(drilling.bore, "200 201 206 211 208 203 204 214 357", "336", lacking={357: -1.0}),
+    203: CycleRow(drilling.universal, "200 201 206 202 210 203 204 212 213 205 211 208 256", "", _TIP, {208: 0.0, 256: 0.0}),
+    204: CycleRow(drilling.back_bore, "200 249 250 251 252 253 254 255 203 204 214", "336"),
+    205: CycleRow(drilling.peck, "200 201 206 202 203 204 212 205 258 259 257 256 211 379 253 208", "", _TIP, {208: FASTEST, 379: 0.0, 253: 0.0}),
+    206: CycleRow(drilling.tap_floating, "200 201 206 211 203 204"),
+    207: CycleRow(drilling.tap, "200 201 239 203 204"),
+    # 342 tells that a hole may be wider than twice the tool.
+    208: CycleRow(drilling.bore_milling, "200 201 206 334 203 204 335 351", "342", {370: Told(0.0, "one helix along the wall mills the hole")}, {351: 1.0}),
+    209: CycleRow(drilling.tap_breaking, "200 201 239 203 204 257 256 403", "336", lacking={403: 0.0}),
+    # 253 leads to the diameter of a hole that is there already, 342.
+    240: CycleRow(drilling.centre, "200 343 201 344 206 211 203 204", "253", {342: Told(0.0, "the tool centres from the surface on")}),
+    # 429 and 430 switch coolant; 212 and 205 count for infeeds.
+    241: CycleRow(drilling.single_lip, "200 201 206 211 203 204 379 253 208 426 427 428 435 401 202", "429 430 212 205", _TIP,
+        {435: 0.0, 401: 0.0, 202: 0.0}),
+    251: CycleRow(slots.rectangular_pocket, _POCKET + " 218 219 220 224 367 370", "", _STRAIGHT | _EDGE),
+    252: CycleRow(slots.round_pocket, _POCKET + " 223 370", "", _STRAIGHT | _EDGE),
+    253: CycleRow(slots.straight_slot, _POCKET + " 218 219 374 367", "", _STRAIGHT | _EDGE, {370: 0.0}),
+    254: CycleRow(slots.bows, _POCKET + " 219 375 367 216 217 376 248 378 377", "", _STRAIGHT | _EDGE, {378: 0.0, 377: 1.0}),
+    262: CycleRow(threads.mill, "335 239 201 355 253 351 200 203 204 207 512", lacking={512: 0.0}),
+    263: CycleRow(threads.countersink_and_mill, "335 239 201 356 253 351 357 254 207 512 " + _FRONT, lacking={512: 0.0}),
+    264: CycleRow(threads.drill_and_mill, "335 239 201 356 253 351 202 258 257 256 206 207 512 " + _FRONT, lacking={512: 0.0}),
+    265: CycleRow(threads.downwards, "335 239 201 253 360 254 207 " + _FRONT, lacking={512: 0.0}),
+    267: CycleRow(threads.mill_outside, "335 239 201 355 253 351 254 207 512 " + _FRONT, lacking={512: 0.0}),
+    210: CycleRow(finishing.slot, _OLD_SLOT + " 218 224"),
+    211: CycleRow(finishing.bow, _OLD_SLOT + " 244 245 248"),
+    212: CycleRow(finishing.rectangular_pocket, _FINISHING + " 218 219 220 221"),
+    # The blanks, 221 and 222, say where the control begins: 3.5 radii of the tool beside the wall, which is done always.
+    213: CycleRow(finishing.rectangular_stud, _FINISHING + " 218 219 220", "221"),
+    214: CycleRow(finishing.round_pocket, _FINISHING + " 222 223"),
+    215: CycleRow(finishing.round_stud, _FINISHING + " 223", "222"),
+    220: CycleRow(None, "216 217 244 245 246 247 241 200 203 204 301 365", lacking={301: 1.0, 365: 0.0}),
+    221: CycleRow(None, "225 226 237 238 242 243 224 200 203 204 301", lacking={301: 1.0}),
+    # The letters are our own, and so is their font, 515; 517 is the radius of texts on an arc.
+    225: CycleRow(engraving.engrave, "513 514 516 374 207 201 206 200 203 204 202 367 574", "515 517", lacking={202: 0.0, 367: 0.0, 574: 0.0}),
+    230: CycleRow(studs.multipass, "225 226 227 218 219 240 206 207 209 200", lacking={204: 0.0}, free=True),
+    231: CycleRow(studs.ruled, "225 226 227 228 229 230 231 232 233 234 235 236 240 207", lacking={200: 0.0, 204: 0.0}, free=True),
+    232: CycleRow(studs.face, "389 225 226 227 386 218 219 202 369 370 207 385 253 200 357 204", lacking={215: 0.0}, free=True),
+    # 220, 368 and 338 are those of walls.
+    studs.FACE: CycleRow(studs.face_from_here, "215 389 350 218 219 227 386 369 202 370 207 385 253 357 200 204 347 348 349 367", "220 368 338",
+        lacking={215: 0.0, 367: -1.0}, free=True),
+    256: CycleRow(studs.rectangle, _STUD + " 218 424 219 425 220 224 367 437", lacking={437: 0.0, **_ROUGH}, free=True),
+    257: CycleRow(studs.circle, _STUD + " 223 222 376", lacking={376: 0.0, **_ROUGH}, free=True),
+    258: CycleRow(polygon_stud.polygon, _STUD + " 573 571 222 572 224 220", free=True),
+    contour_cycles.WAYS: CycleRow(None, "390 391 392 393 394"),
 }  # fmt: skip
-_FROM_OUTSIDE = {**studs.RUN, **polygon_stud.RUN}
 #: Patterns, which run at once.
 PATTERNS = (220, 221)
-#: By number, what parameters are on a control whose cycle lacks them: a face is counted from the tool's place, the tool goes from place to
-#: place at the second clearance, straight, begins to the right of a stud, and drills to the depth with its tip.
-_LACKING = {
-    studs.FACE: {367.0: -1.0}, 220: {301.0: 1.0, 365.0: 0.0}, 221: {301.0: 1.0}, 256: {437.0: 0.0}, 257: {376.0: 0.0}, **{number: {395.0: 0.0} for number in _TO_THE_TIP},
-    202: {357.0: -1.0}, 205: {208.0: FASTEST, 395.0: 0.0}, 225: {202.0: 0.0, 367.0: 0.0, 574.0: 0.0}, 241: {202.0: 0.0, 395.0: 0.0, 435.0: 0.0},
-}  # fmt: skip
+#: Cycles that move nothing that is planned: orientation of the spindle; weighing the load, tuning by the machine's builder.
+_IDLE = (13, 239, 332, 392)
 _CONTOURS = (*contour_cycles.RUN, contour_cycles.TRAIN)
-READ = tuple(
-    sorted((*_OLD, *_RUN, programs.CYCLE, *_FROM_OUTSIDE, *PATTERNS, *contour_cycles.DATA, *_CONTOURS))
-)
-
-
-#: Cycles that do nothing without a depth Q201.
-_NO_DEPTH = (200, 201, 202, 203, 205, 206, 207, 208, 209, 210, 211, 212, 213, 214, 215, 225, 240, 241, 251, 252, 253, 254, 256, 257, 258, 262, 265, 267)  # fmt: skip
+READ = tuple(sorted((*older_cycles.PARTS, *ROWS, programs.CYCLE, 14)))
 
 
 #: The cycle in force after one that is not read, whose calls tell nothing more.
@@ -472,49 +168,111 @@ def define(ip: Interpreter, number: int) -> None:
         Plain.of(ip).train_ways |= number == contour_cycles.WAYS
         return
     Plain.of(ip).cycle = 0
-    for parameter, value in _LACKING.get(number, {}).items():
-        ip.parameters.set_number(parameter, value)
     if number not in READ:
         Plain.of(ip).cycle = _NOT_READ
         what = next((f" ({what})" for numbers, what in _UNREAD if number in numbers), "")
         hint = "write its moves as L blocks, or another cycle: docs/heidenhain.md lists those that are read"
         raise BlockError("unsupported-block", f"cycle {number}{what} is not read", "CYCL", hint=hint)
-    Plain.of(ip).cycle = number
+    Plain.of(ip).cycle, Plain.of(ip).parts = number, {}
+
+
+def take_part(ip: Interpreter, number: int, part: int, text: str) -> None:
+    """CYCL DEF n.p behind the first part, which has defined the cycle."""
+    cycle = Plain.of(ip).cycle
+    if number in _IDLE or cycle == _NOT_READ:
+        return
+    message = f"CYCL DEF {number}.{part} is no part of the cycle that was defined"
+    wrong = cycle != number or number not in older_cycles.PARTS
+    refuse("CYCL", (wrong, "cycle-words", message, f"CYCL DEF {number}.0 stands before it"))
+    older_cycles.take_part(ip, number, part, text)
+
+
+def take_given(ip: Interpreter, number: int, given: Iterable[int]) -> None:
+    """Take what a CYCL DEF gives: parameters that it leaves out are those of a control whose cycle lacks them; tell of others that it leaves
+    out, and of those that the cycle has not."""
+    row, named = ROWS.get(number), set(given)
+    if row is None:
+        return
+    for parameter, value in row.lacking.items():
+        if parameter not in named:
+            ip.parameters.set_number(float(parameter), value)
+    for parameter, one in row.told.items():
+        if parameter not in named:
+            ip.parameters.set_number(float(parameter), one.neutral)
+    q, reads = ip.parameters.numbers, {int(one) for one in row.reads.split()}
+    # Cycle 225 is given its text beside them.
+    beyond = sorted(named - reads - {int(one) for one in row.idle.split()} - row.told.keys())
+    missing = sorted(reads - named - row.lacking.keys() - row.told.keys())
+    if beyond:
+        message = f"cycle {number} has no {_listed(beyond, q)} here: it is made as without"
+        ip.warn_once(
+            BlockError("cycle-parameters", message, "CYCL", hint=f"it reads {_named(sorted(reads))}"),
+            Severity.WARNING,
+        )
+    if missing:
+        message = f"cycle {number} is given without {_named(missing)}: the values in force are taken, {_listed(missing, q)}"
+        ip.warn_once(
+            BlockError(
+                "cycle-parameters",
+                message,
+                "CYCL",
+                hint="on the control, CYCL DEF is incomplete without them",
+            ),
+            Severity.WARNING,
+        )
+
+
+def _named(numbers: Iterable[int]) -> str:
+    return ", ".join(f"Q{number}" for number in numbers)
+
+
+def _listed(numbers: Iterable[int], q: Sequence[float]) -> str:
+    return ", ".join(f"Q{number} = {q[number]:g}" for number in numbers)
+
+
+def _tell(ip: Interpreter, number: int, row: CycleRow) -> None:
+    """Warn of parameters whose values are not read."""
+    for parameter, one in row.told.items():
+        if (value := ip.parameters.numbers[parameter]) != one.neutral:
+            message = f"Q{parameter} = {value:g} of cycle {number} is not read: {one.done}"
+            hint = f"Q{parameter} = {one.neutral:g} leaves no doubt"
+            ip.warn_once(BlockError(one.code, message, "CYCL", hint=hint), Severity.WARNING)
 
 
 def call(ip: Interpreter, here: Block) -> None:
     """Run the cycle at the tool's place."""
     plain = Plain.of(ip)
-    number, q = plain.cycle, ip.parameters.numbers
+    number, q, name = plain.cycle, ip.parameters.numbers, f"cycle {plain.cycle}"
     ip.sink.block = here
     if number == _NOT_READ:
         return
     if number == programs.CYCLE:
         message = "cycle 12 calls a program at the points of a pattern, or under M89: not read"
         raise BlockError("unsupported-block", message, "CYCL", hint="CYCL CALL and M99 call it")
+    if number in older_cycles.PARTS:
+        older_cycles.run(ip, number)
+        return
+    row = ROWS.get(number)
+    if row is None or row.run is None:
+        raise BlockError("cycle-missing", "no cycle to call", "M99", hint="CYCL DEF gives it before")
+    levels = drilling.levels(number, q)
+    depths = {"201", "356"}.intersection(row.reads.split())
+    if levels is None and q[201] == 0.0 and depths == {"201"}:
+        # "If you program the depth = 0, the cycle will not be executed." Of those with several depths one step is left out.
+        message = f"cycle {number} has the depth Q201 = 0: it is not made"
+        ip.warn(BlockError("cycle-depth", message, "CYCL", hint="Q201 is below 0"), Severity.WARNING)
+        return
+    _tell(ip, number, row)
     if number in _CONTOURS:
         read = plain.contour or (lambda label: ([], 0))
         if number == contour_cycles.TRAIN:
-            contour_cycles.train(ip, f"cycle {number}", plain.labels, read)
+            contour_cycles.train(ip, name, plain.labels, read)
         else:
-            contour_cycles.RUN[number](contour_cycles.Contours(ip, f"cycle {number}", plain.labels, read))
-    elif number in _OLD:
-        _old(ip, number)
-    elif (levels := _levels(number, q)) is None and number in _NO_DEPTH and q[201] == 0.0:
-        # "If you program the depth = 0, the cycle will not be executed."
-        message = f"cycle {number} has the depth Q201 = 0: it is not made"
-        ip.warn(BlockError("cycle-depth", message, "CYCL", hint="Q201 is below 0"), Severity.WARNING)
-    elif number in _RUN:
-        if number in _TO_THE_TIP and round(q[395]):
-            message = f"Q395 = 1 of cycle {number} counts the depth from the width of the drill on: the tip goes there"
-            hint = "the tool table has no angle of a point: Q395=0 and a depth Q201 with the point leave no doubt"
-            ip.warn_once(BlockError("tool-assumed", message, "CYCL", hint=hint), Severity.WARNING)
-        _RUN[number](HoleCycle(ip, f"cycle {number}", levels))
-    elif number in _FROM_OUTSIDE:
-        _FROM_OUTSIDE[number](ip, f"cycle {number}")
+            row.run(contour_cycles.Contours(ip, name, plain.labels, read))
+    elif row.free:
+        row.run(ip, name)
     else:
-        hint = "CYCL DEF gives it before"
-        raise BlockError("cycle-missing", "no cycle to call", "M99", hint=hint)
+        row.run(HoleCycle(ip, name, levels))
 
 
 def pattern(ip: Interpreter, number: int, cycle: int, here: Block) -> None:
@@ -531,8 +289,9 @@ def pattern(ip: Interpreter, number: int, cycle: int, here: Block) -> None:
         (not cycle, "cycle-missing", f"cycle {number} has no cycle that it calls", "CYCL DEF 200 stands before"),
         (not counted, "cycle-repeats", f"cycle {number} has {columns * lines:g} places", "Q241, or Q242 and Q243, count them"),
     )  # fmt: skip
-    across, down, centre, step = round(columns), round(lines), complex(q[216], q[217]), 0.0
+    across, down, centre, step = round(columns), round(lines), 0j, 0.0
     if number == 220:
+        centre = complex(q[216], q[217])
         # The stopping angle is that of the last place, but of a whole circle.
         whole = abs(q[246] - q[245]) >= 360.0
         step = q[247] or (q[246] - q[245]) / max(1, across if whole else across - 1)

@@ -24,7 +24,7 @@ from typing import Any
 
 from cncgen.gcode.block import Computed, Value
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.klartext import cycles, lines, programs
+from cncgen.gcode.klartext import cycles, lines, older_cycles, programs
 from cncgen.gcode.klartext.contour_lines import is_drawn, is_pole
 from cncgen.gcode.klartext.program_text import UNREAD, Frame, Program
 from cncgen.gcode.klartext.running import HeidenhainRunner
@@ -426,9 +426,9 @@ class IsoRunner(HeidenhainRunner):
     def do_parts(self, frame: Frame, at: int, statement: Statement) -> None:
         """G74 to G78, G83 to G86: cycles whose values are P01 and so on."""
         which, parts = statement.data
-        cycles.take_part(self.ip, which, 0, "")
+        cycles.define(self.ip, which)
         for part, words in parts:
-            cycles.take_value(self.ip, which, part, words)
+            older_cycles.take_value(self.ip, which, part, words)
 
     def do_contours(self, frame: Frame, at: int, statement: Statement) -> None:
         """G37: the labels of contours."""

@@ -245,13 +245,3 @@ def bow(cycle: HoleCycle) -> None:
         edge = along.place(ring + side, along.begin)
         _finish_slot(cycle, begin, [(edge, None, 1), *along.loop(side, 1)], along)
     cycle.end()
-
-
-RUN = {
-    210: slot,
-    211: bow,
-    212: rectangular_pocket,
-    213: rectangular_stud,
-    214: round_pocket,
-    215: round_stud,
-}

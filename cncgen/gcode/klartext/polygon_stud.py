@@ -100,6 +100,3 @@ def polygon(ip: Interpreter, name: str) -> None:
             stud.level(level, [stud.tool], feed)
     stud.end()
     stud.to(stud.turn.conjugate() * (before - stud.origin), rapid=True)
-
-
-RUN = {258: polygon}

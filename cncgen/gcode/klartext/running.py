@@ -294,7 +294,7 @@ class HeidenhainRunner(ContourLines):
             self._of_cycle = programs.of_cycle(rest) if part == "1" else ""
         elif number in _FRAMES:
             self._frame(frame, at, number, part, rest)
-        elif part is not None:
+        elif part not in (None, "0"):
             cycles.take_part(self.ip, number, int(part), rest)
         else:
             self._define(frame, at, number)
@@ -308,7 +308,15 @@ class HeidenhainRunner(ContourLines):
         """Take a cycle; a pattern runs once its Q parameters are read."""
         before = Plain.of(self.ip).cycle
         cycles.define(self.ip, number)
-        self._parameters(frame, at, self._take_parameter)
+        given: list[int] = []
+
+        def take(statement: Statement, following: int) -> None:
+            if statement.kind != "text":
+                given.append(int(statement.data[0]))
+            self._take_parameter(statement, following)
+
+        self._parameters(frame, at, take)
+        cycles.take_given(self.ip, number, given)
         if number in cycles.PATTERNS:
             cycles.pattern(self.ip, number, before, self._here(at))
 

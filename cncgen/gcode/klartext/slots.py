@@ -1,4 +1,4 @@
-"""Cycles of Heidenhain's plain language: 254 slots on a circle, and 3, 4, 5, pockets of TNC 155 to 426 whose values stand in parts.
+"""Cycles of Heidenhain's plain language: 251 to 254, pockets and slots, and 3, 4, 5, those of TNC 155 to 426 whose values stand in parts.
 
 Walls, levels and feeds are the cycle's (iTNC 530, user's manual for cycles; TNC 426 pilot), the loops that clear them our own.
 """
@@ -129,6 +129,25 @@ def bows(cycle: HoleCycle) -> None:
         for left, how in runs:
             clear_bow(ip, bow, q[219] / 2.0 - left, how, cycle.name)
     cycle.end()
+
+
+def rectangular_pocket(cycle: HoleCycle) -> None:
+    """251: Q218 by Q219, corners Q220, turned by Q224 about the tool's place, which Q367 names."""
+    q = cycle.q
+    middle = middle_of(cycle, (q[218], q[219]), q[224])
+    pocket(cycle, q[218], q[219], q[220], q[224], middle)
+
+
+def round_pocket(cycle: HoleCycle) -> None:
+    """252: the diameter Q223."""
+    pocket(cycle, cycle.q[223], cycle.q[223], cycle.q[223] / 2.0, 0.0)
+
+
+def straight_slot(cycle: HoleCycle) -> None:
+    """253: a slot of length Q218 and width Q219, turned by Q374 about the tool's place, which Q367 names."""
+    q = cycle.q
+    middle = middle_of_slot(cycle, q[218], q[219], q[374])
+    pocket(cycle, q[218], q[219], q[219] / 2.0, q[374], middle)
 
 
 def rectangle(cycle: HoleCycle, values: dict[str, float]) -> None:

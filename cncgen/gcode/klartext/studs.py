@@ -14,7 +14,7 @@ from cncgen.gcode.codes.steps import MOST, levels_of, steps_of
 from cncgen.gcode.errors import refuse
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext import slots
-from cncgen.gcode.klartext.hole_cycle import HoleCycle, check_feeds, infeeds
+from cncgen.gcode.klartext.hole_cycle import HoleCycle, infeeds
 
 #: The cycle that mills a face from the tool's place on.
 FACE = 233
@@ -47,7 +47,10 @@ def _stud(
     angle: float,
     approach: int = 0,
 ) -> None:
-    """Mill a stud free about its middle: loops from the blank in to the finished wall, at each level; back to where the tool was."""
+    """Mill a stud free about its middle: loops from the blank in to the finished wall, at each level; back to where the tool was.
+
+    Roughing (Q215 = 0 or 1) leaves Q368 on the wall and Q369 on the floor, finishing (0 or 2) takes them at Q385, the wall in infeeds Q338.
+    """
     ip, name, q = cycle.ip, cycle.name, cycle.q
     radius, before = _radius(ip, name), cycle.place()
     excess = max(blank.real - size.real, blank.imag - size.imag) / 2.0
@@ -56,19 +59,27 @@ def _stud(
         f"{name} has a blank of {blank.real:g} by {blank.imag:g} and a stud of {size.real:g} by {size.imag:g}"
     )
     refuse("CYCL", (wrong, "cycle-words", message, "the blank is not smaller than the stud"))
-    side, step = q[368], (q[370] or 1.0) * radius
+    roughs, finishes, side, floor = slots.works(cycle)
+    step = (q[370] or 1.0) * radius
     count = _count(excess - side, step, name)
     # Seen with its length along Y, so that loops begin at the side to the right.
     pocket = Pocket(place, size.imag / 2.0, size.real / 2.0, corner, angle + 90.0)
-    levels = infeeds(q[203], cycle.bottom + (q[369] if name == "cycle 257" else 0.0), abs(q[202]), name)
-    how = Clearing(-radius, step, levels, cycle.start, q[207], q[206], 1 if q[351] < 0.0 else -1)
-    check_feeds(cycle)
-    path = PocketPath(ip, pocket, how)
-    path.fastest = cycle.fastest
     off = radius + _BESIDE / cycle.unit_mm
     x, y = _APPROACHES[approach]
     beside = complex(y * (blank.imag / 2.0 + off), -x * (blank.real / 2.0 + off))
-    path.free(beside, side, count, (approach + 1) % 4 if approach else None)
+
+    def mill(levels: tuple[float, ...], feed: float, left: float, loops: int) -> None:
+        sense = 1 if q[351] < 0.0 else -1
+        path = PocketPath(ip, pocket, Clearing(-radius, step, levels, cycle.start, feed, q[206], sense))
+        path.fastest = cycle.fastest
+        path.free(beside, left, loops, (approach + 1) % 4 if approach else None)
+
+    if roughs:
+        mill(infeeds(q[203], cycle.bottom + floor, abs(q[202]), name), q[207], side, count)
+    if finishes and floor > 0.0:
+        mill((cycle.bottom,), q[385] or q[207], side, count)
+    if finishes and side > 0.0:
+        mill(infeeds(q[203], cycle.bottom, abs(q[338]), name, "Q338"), q[385] or q[207], 0.0, 1)
     cycle.end()
     cycle.to(before, rapid=True)
 
@@ -108,7 +119,7 @@ def face(ip: Interpreter, name: str) -> None:
 def face_from_here(ip: Interpreter, name: str) -> None:
     """233: as 232 from the tool's place on, which Q367 = 1 to 4 name a corner of the face and 0 its middle; Q350 = 2: rows along Y.
 
-    Q389 = 3 has rows in one direction that end at the edge. 4, from outside to inside, is milled in rows to and fro.
+    Roughing (Q215 = 0 or 1) leaves Q369, finishing (0 or 2) takes it. Q389 = 3 has rows in one direction that end at the edge. 4, from outside to inside, is milled in rows to and fro.
     """
     q = ip.parameters.numbers
     way, place = round(q[389]), round(q[367])
@@ -134,7 +145,14 @@ def _face(ip: Interpreter, name: str, corner: tuple[float, float], along: int, w
     sense, across = math.copysign(1.0, length), math.copysign(1.0, width)
     over = radius + q[357] if way in (0, 2) else 0.0
     ends = (corner[along] - sense * over, corner[along] + length + sense * over)
-    levels = levels_of(q[227], q[386] + q[369], abs(q[202]), name)
+    kind, finished = round(q[215]), "0 roughs and finishes, 1 roughs, 2 finishes what Q369 leaves"
+    message = f"Q215 = {q[215]:g} and Q369 = {q[369]:g} do not make {name}"
+    wrong = kind not in (0, 1, 2) or (kind == 2 and q[369] <= 0.0)
+    refuse("CYCL", (wrong, "cycle-words", message, finished))
+    levels = levels_of(q[227], q[386] + q[369], abs(q[202]), name) if kind != 2 else ()
+    passes = [(level, q[207]) for level in levels]
+    if kind != 1 and q[369] > 0.0:
+        passes.append((q[386], q[385] or q[207]))
     one_way = way in (2, 3)
 
     def to(at: float, k: int, *, rapid: bool) -> None:
@@ -142,15 +160,14 @@ def _face(ip: Interpreter, name: str, corner: tuple[float, float], along: int, w
         cycle.to(complex(aside, at) if along else complex(at, aside), rapid=rapid)
 
     cycle.go(cycle.back, rapid=True)
-    for level in (*levels, *((q[386],) if q[369] > 0.0 else ())):
-        cutting = q[207] if level in levels else q[385] or q[207]
-        if level == levels[0] or not one_way:
+    for level, cutting in passes:
+        if level == passes[0][0] or not one_way:
             to(ends[0], 0, rapid=True)
             cycle.go(max(cycle.start, level), rapid=True)
         for k in range(count):
             first, last = ends if one_way or k % 2 == 0 else ends[::-1]
             cycle.feed(q[253] or q[207], "Q253")
-            if one_way and (k or level != levels[0]):
+            if one_way and (k or level != passes[0][0]):
                 cycle.go(level + q[200], rapid=False)
                 to(first, k, rapid=False)
             if k == 0 or one_way:
@@ -233,6 +250,3 @@ def ruled(ip: Interpreter, name: str) -> None:
             to(begin, rapid=True)
     cycle.go(max(point[2] for point in (first, second, third, fourth)) + lift, rapid=True)
     ip.sink.set_feed_rate(ip.state.feed)
-
-
-RUN = {230: multipass, 231: ruled, 232: face, FACE: face_from_here, 256: rectangle, 257: circle}

@@ -100,13 +100,13 @@ def _inside(cycle: HoleCycle) -> _Way:
     return _Way(cycle.place(), cycle.place())
 
 
-def _mill(cycle: HoleCycle) -> None:
+def mill(cycle: HoleCycle) -> None:
     """262."""
     _helix(cycle, _inside(cycle), cycle.q[351] >= 0.0, round(cycle.q[355]))
     cycle.end()
 
 
-def _countersink_and_mill(cycle: HoleCycle) -> None:
+def countersink_and_mill(cycle: HoleCycle) -> None:
     """263: countersink at Q356, slowly from Q200 above it on, or, Q357 from the wall, once around; at the front; mill the thread in one turn."""
     q, way = cycle.q, _inside(cycle)
     if q[356]:
@@ -123,7 +123,7 @@ def _countersink_and_mill(cycle: HoleCycle) -> None:
     cycle.end()
 
 
-def _drill_and_mill(cycle: HoleCycle) -> None:
+def drill_and_mill(cycle: HoleCycle) -> None:
     """264: drill, countersink at the front, mill the thread in one turn."""
     way = _inside(cycle)
     _drill(cycle)
@@ -132,7 +132,7 @@ def _drill_and_mill(cycle: HoleCycle) -> None:
     cycle.end()
 
 
-def _downwards(cycle: HoleCycle) -> None:
+def downwards(cycle: HoleCycle) -> None:
     """265: mill the thread downwards in one helix; countersink at the front before it (Q360 = 0) or after it (1)."""
     way = _inside(cycle)
     if not round(cycle.q[360]):
@@ -143,7 +143,7 @@ def _downwards(cycle: HoleCycle) -> None:
     cycle.end()
 
 
-def _mill_outside(cycle: HoleCycle) -> None:
+def mill_outside(cycle: HoleCycle) -> None:
     """267: a thread on a stud about the tool's place, from a place along X that the radii and the pitch give; countersink at the front first."""
     ip, q = cycle.ip, cycle.q
     cycle.go(cycle.start, rapid=True)
@@ -153,6 +153,3 @@ def _mill_outside(cycle: HoleCycle) -> None:
     _front(cycle, way, q[254], "Q254")
     _helix(cycle, way, q[351] >= 0.0, round(q[355]))
     cycle.end()
-
-
-RUN = {262: _mill, 263: _countersink_and_mill, 264: _drill_and_mill, 265: _downwards, 267: _mill_outside}
