@@ -324,6 +324,72 @@ def _accept(tube: Tube, n: cython.Py_ssize_t, part: cython.double) -> cython.voi
         tube.lamT[i] += part * (tube.lamT2[i] - tube.lamT[i])
 
 
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _cost(tube: Tube) -> cython.double:
+    """Return the barrier function of the point that was measured last."""
+    return tube.value - tube.mu * tube.logs
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _fallen(mu: cython.double, mu_end: cython.double) -> cython.double:
+    """Return the barrier parameter after one whose problem is nearly solved."""
+    fourth = sqrt(sqrt(mu))
+    return max(mu_end, min(_FALL * mu, mu * fourth * sqrt(fourth)))
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _direction(tube: Tube, damping: cython.double) -> cython.double:
+    """Compute a Newton step with as much damping as makes the Hessian positive definite; return the damping, -1 where none does."""
+    tube.curvature = 1.0
+    while not backward(tube, damping):
+        damping = max(_LEAST_DAMPING, _CHANGE * damping)
+        if damping > _CONVEX:
+            # The multipliers are far off: the step without the curvature of the motion has a positive Hessian.
+            tube.curvature = 0.0
+        if damping > 1e12:
+            return -1.0
+    forward(tube)
+    return damping
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _searched(
+    tube: Tube, n: cython.Py_ssize_t, count: cython.Py_ssize_t, part: cython.double
+) -> cython.double:
+    """Halve a step until the filter lets the point pass that it leads to, and measure that; return the part of the step that is left."""
+    for back in range(_HALVINGS):
+        if back > 0:
+            part *= 0.5
+        _moved(tube, n, part)
+        measure(tube, True)
+        if _taken(tube, count, _cost(tube), tube.missed):
+            break
+    return part
+
+
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _next_damping(damping: cython.double, part: cython.double, residual: cython.double) -> cython.double:
+    """Return the damping of the step after one of which a part was taken."""
+    if part < _SHORT and (residual < _SETTLED or part < 0.1 * _SHORT):
+        return min(_MOST_DAMPING, max(_FIRST_DAMPING, _CHANGE * damping))
+    return damping / _CHANGE if damping > _LEAST_DAMPING else 0.0
+
+
 Found = cython.struct(status=cython.int, iterations=cython.int, residual=cython.double, off=cython.double)
 
 
@@ -341,10 +407,11 @@ def _solved(
     again: cython.bint,
 ) -> Found:
     count: cython.Py_ssize_t = 1
-    delta: cython.double = 0.0
+    damping: cython.double = 0.0
     part: cython.double = 1.0
     size: cython.double = 1.0
     phi: cython.double = 0.0
+    solved: cython.bint
     level: cython.bint
     flat: cython.int = 0
     stuck: cython.int = 0
@@ -359,60 +426,41 @@ def _solved(
     for it in range(most):
         residual = tube.most
         if it > 0:
-            if residual < tube.exact and (closing or (tube.mu <= mu_end and off < tube.mu and size < 1e-3)):
+            solved = tube.mu <= mu_end and off < tube.mu and size < 1e-3
+            if residual < tube.exact and (closing or solved):
                 return Found(1, it, residual, off)
             if residual < _CLOSE and off < _OFF_NEAR * tube.mu and part > 0.5:
                 if near and tube.mu <= mu_end and residual < _NEAR:
                     return Found(1, it, residual, off)
-                fourth = sqrt(sqrt(tube.mu))
                 if tube.mu > mu_end:
-                    tube.mu = max(mu_end, min(_FALL * tube.mu, tube.mu * fourth * sqrt(fourth)))
+                    tube.mu = _fallen(tube.mu, mu_end)
                     count = 1
         closing |= it >= most - _CLOSING
-        damping = delta
         if closing:
             # Steps become those of the least change, so that residuals fall with their squares.
             damping = calming
             calming *= _CHANGE
-        tube.curvature = 1.0
-        while not backward(tube, damping):
-            damping = max(_LEAST_DAMPING, _CHANGE * damping)
-            if damping > _CONVEX:
-                # The multipliers are far off: the step without the curvature of the motion has a positive Hessian.
-                tube.curvature = 0.0
-            if damping > 1e12:
-                return Found(-1, it, residual, off)
-        forward(tube)
+        damping = _direction(tube, damping)
+        if damping < 0.0:
+            return Found(-1, it, residual, off)
         steps = _limits(tube, n)
         size = steps.size
-        # The step is halved until the filter, which the present point joins, lets it pass.
-        last = phi
-        tube.seen[count, 0] = tube.value - tube.mu * tube.logs
+        # The filter takes in the present point.
+        tube.seen[count, 0] = _cost(tube)
         tube.seen[count, 1] = tube.missed
         count += 1
-        part = steps.primal
-        for back in range(_HALVINGS):
-            if back > 0:
-                part *= 0.5
-            _moved(tube, n, part)
-            measure(tube, True)
-            phi = tube.value - tube.mu * tube.logs
-            if _taken(tube, count, phi, tube.missed):
-                break
+        last = phi
+        part = _searched(tube, n, count, steps.primal)
+        phi = _cost(tube)
         if not phi < 1e308:
             return Found(-1, it, residual, off)
         level = tube.mu <= mu_end and residual < _NEARLY and fabs(phi - last) < _FLAT * fabs(phi)
         flat = flat + 1 if level else 0
-        closing |= flat > 1
         stuck = stuck + 1 if part < _STUCK else 0
-        if stuck == _HOPELESS:
-            if residual > _CLOSE:
-                return Found(0, it, residual, off)
-            closing = True
-        if part < _SHORT and (residual < _SETTLED or part < 0.1 * _SHORT):
-            delta = min(_MOST_DAMPING, max(_FIRST_DAMPING, _CHANGE * damping))
-        else:
-            delta = damping / _CHANGE if damping > _LEAST_DAMPING else 0.0
+        if stuck == _HOPELESS and residual > _CLOSE:
+            return Found(0, it, residual, off)
+        closing |= flat > 1 or stuck == _HOPELESS
+        damping = _next_damping(damping, part, residual)
         _accept(tube, n, part)
         off = _multipliers(tube, n, steps.dual, _OFF)
         if not off < 1e300:

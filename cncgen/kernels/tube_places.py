@@ -34,6 +34,88 @@ def _nearest(
     return sqrt(square)
 
 
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _part_at(way: cython.double[::1], i: cython.Py_ssize_t, s: cython.double) -> cython.double:
+    """Return the part of segment `i` that ends at a way on it or beyond it, 0 where it begins there or later."""
+    if not (way[i] < s and way[i + 1] > way[i]):
+        return 0.0
+    return min((s - way[i]) / (way[i + 1] - way[i]), 1.0)
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _entered(
+    line: cython.double[:, ::1],
+    way: cython.double[::1],
+    points: cython.double[:, ::1],
+    within: cython.double[::1],
+    least: cython.double[::1],
+    rests: cython.char[::1],
+    still: cython.char[::1],
+    reached: cython.double,
+    last: cython.bint,
+    entry: cython.double[::1],
+    leaving: cython.longlong[::1],
+    part: cython.double[::1],
+) -> cython.Py_ssize_t:
+    """Find where the polyline comes near each point, and the last segment before it leaves it; return of how many both are known."""
+    m: cython.Py_ssize_t = line.shape[0]
+    i: cython.Py_ssize_t = 0
+    for p in range(points.shape[0]):
+        first = reached + least[p]
+        while i < m - 1:
+            if way[i + 1] >= first and max(still[i], still[i + 1]) >= rests[p]:
+                if _nearest(line, i, _part_at(way, i, first), points[p], part) <= within[p]:
+                    break
+            i += 1
+        if i >= m - 1:
+            return p
+        reached = way[i] + part[0] * (way[i + 1] - way[i])
+        entry[p] = reached
+        leaving[p] = i
+        while leaving[p] < m - 2 and _nearest(line, leaving[p] + 1, 0.0, points[p], part) <= within[p]:
+            leaving[p] += 1
+        if leaving[p] == m - 2 and not last:
+            return p
+    return points.shape[0]
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _placed(
+    line: cython.double[:, ::1],
+    way: cython.double[::1],
+    points: cython.double[:, ::1],
+    count: cython.Py_ssize_t,
+    start: cython.double,
+    entry: cython.double[::1],
+    leaving: cython.longlong[::1],
+    place: cython.double[::1],
+    part: cython.double[::1],
+) -> cython.void:
+    """Find the places of the first points, each the nearest one from its entry, and the place before, to where it is left."""
+    m: cython.Py_ssize_t = line.shape[0]
+    i: cython.Py_ssize_t = 0
+    for p in range(count):
+        start = max(start, entry[p])
+        while i < m - 2 and way[i + 1] < start:
+            i += 1
+        best = _nearest(line, i, _part_at(way, i, start), points[p], part)
+        place[p] = i + part[0]
+        for segment in range(i + 1, leaving[p] + 1):
+            d = _nearest(line, segment, 0.0, points[p], part)
+            if d < best - 1e-12:
+                best = d
+                place[p] = segment + part[0]
+        i = min(cython.cast(cython.Py_ssize_t, place[p]), m - 2)
+        start = way[i] + (place[p] - i) * (way[i + 1] - way[i])
+
+
 def match(
     line: cython.double[:, ::1],
     way: cython.double[::1],
@@ -72,57 +154,14 @@ def match(
     Returns:
         How many points have a place; those after them are left for later, or are nowhere within their distance.
     """
-    m: cython.Py_ssize_t = line.shape[0]
-    count: cython.Py_ssize_t = points.shape[0]
-    i: cython.Py_ssize_t = 0
-    known: cython.Py_ssize_t = 0
     with cython.nogil:
-        for p in range(count):
-            first = reached + least[p]
-            while i < m - 1:
-                if way[i + 1] >= first:
-                    from_part = (
-                        (first - way[i]) / (way[i + 1] - way[i])
-                        if way[i] < first and way[i + 1] > way[i]
-                        else 0.0
-                    )
-                    if max(still[i], still[i + 1]) >= rests[p] and (
-                        _nearest(line, i, from_part, points[p], part) <= within[p]
-                    ):
-                        break
-                i += 1
-            if i >= m - 1:
-                break
-            reached = way[i] + part[0] * (way[i + 1] - way[i])
-            entry[p] = reached
-            leaving[p] = i
-            while leaving[p] < m - 2 and _nearest(line, leaving[p] + 1, 0.0, points[p], part) <= within[p]:
-                leaving[p] += 1
-            if leaving[p] == m - 2 and not last:
-                break
-            known = p + 1
-        # Points of which one that is known comes near only after they are left.
+        known = _entered(line, way, points, within, least, rests, still, reached, last, entry, leaving, part)
+        # Points of which one that is known comes near only after they are left wait for what follows.
         final = known
         if not last:
             while final > 0 and way[leaving[final - 1]] >= entry[known - 1]:
                 final -= 1
         for p in range(known - 2, -1, -1):
             leaving[p] = min(leaving[p], leaving[p + 1])
-        i = 0
-        for p in range(final):
-            start = max(start, entry[p])
-            while i < m - 2 and way[i + 1] < start:
-                i += 1
-            from_part = (
-                (start - way[i]) / (way[i + 1] - way[i]) if way[i + 1] > way[i] and start > way[i] else 0.0
-            )
-            best = _nearest(line, i, min(from_part, 1.0), points[p], part)
-            place[p] = i + part[0]
-            for known in range(i + 1, leaving[p] + 1):
-                d = _nearest(line, known, 0.0, points[p], part)
-                if d < best - 1e-12:
-                    best = d
-                    place[p] = known + part[0]
-            i = min(cython.cast(cython.Py_ssize_t, place[p]), m - 2)
-            start = way[i] + (place[p] - i) * (way[i + 1] - way[i])
+        _placed(line, way, points, final, start, entry, leaving, place, part)
     return final

@@ -128,76 +128,82 @@ class Programmed:
             self._chunks.pop(0)
 
     def _add(self, toolpath: Toolpath) -> None:
-        path = toolpath.path
         if not self.axes:
-            self.axes, self.scale, self.sources = toolpath.axes, axis_scale(toolpath.axes), toolpath.sources
+            self.axes, self.scale = toolpath.axes, axis_scale(toolpath.axes)
             self._chords = *self._chords[:2], np.zeros((0, len(self.scale)))
         self.sources = toolpath.sources
-        length = np.asarray(path.row_length)
-        moves = (toolpath.kind != Kind.EVENT) & (length > 0.0)
+        rows = np.flatnonzero((toolpath.kind != Kind.EVENT) & (toolpath.path.row_length > 0.0))
+        stop = self._stops(toolpath, rows)
+        if not len(rows):
+            return
+        columns = self._of(toolpath, rows) | {"stop": stop, "rest": stop.copy()}
+        stop[:1] |= not len(self)
+        self._compare(columns)
+        self._chunks.append(_Chunk(toolpath.path, self.base + len(self), rows))
+        for name, values in columns.items():
+            self._columns.setdefault(name, []).append(values)
+
+    def _stops(self, toolpath: Toolpath, rows: Ints) -> NDArray[np.bool_]:
+        """Tell which rows follow an event that needs rest, or an exact stop; remember whether the next one does."""
         resting = rests(toolpath) | (toolpath.path_mode == PathMode.EXACT_STOP)
-        rows = np.flatnonzero(moves)
-        # Whether an event that needs rest lies between a row and the one before it.
         before = np.concatenate([[0], np.cumsum(resting)])
         stop = np.diff(before[rows], prepend=0) > 0
-        if len(rows):
-            stop[0] |= self._rest
-            self._rest = bool(before[-1] > before[rows[-1]])
-        else:
-            self._rest |= bool(resting.any())
-            return
+        stop[:1] |= self._rest
+        last = rows[-1] if len(rows) else 0
+        self._rest = bool(before[-1] > before[last]) or (self._rest and not len(rows))
+        return stop
+
+    def _of(self, toolpath: Toolpath, rows: Ints) -> dict[str, np.ndarray]:
+        """Return the columns of rows that do not depend on the rows before them."""
+        path = toolpath.path
+        length = np.asarray(path.row_length)[rows]
         # By each row's own parameter: so nothing depends on how the rows are cut into chunks.
-        none = np.zeros(len(rows))
-        entry, bend = self._turning(path.evaluate_parameter(rows, path.parameter_after(rows, none, 1), 2, 1))
-        leave, bent = self._turning(
-            path.evaluate_parameter(rows, path.parameter_after(rows, length[rows], -1), 2, -1)
+        first, last = (
+            path.parameter_after(rows, at, side) for at, side in ((np.zeros(len(rows)), 1), (length, -1))
         )
-        mode = toolpath.feed_mode[rows]
+        entry, bend = self._turning(path.evaluate_parameter(rows, first, 2, 1))
+        leave, bent = self._turning(path.evaluate_parameter(rows, last, 2, -1))
+        inverse = toolpath.feed_mode[rows] == FeedMode.INVERSE_TIME
         with np.errstate(invalid="ignore"):
-            feed = toolpath.feed[rows] * np.where(
-                mode == FeedMode.INVERSE_TIME, length[rows], path.per_feed[rows]
-            )
-        tolerance = toolpath.tolerance[rows]
+            feed = toolpath.feed[rows] * np.where(inverse, length, path.per_feed[rows])
         exact = ~loose(toolpath)[rows]
         within = ~exact & path.moves_xyz[rows]
-        free = within & (np.abs(path.per_feed[rows] - 1.0) < 1e-9) & (feed > 0)
-        columns = {
+        return {
             "line": toolpath.line[rows],
             "source": toolpath.source[rows],
-            "length": length[rows],
+            "length": length,
             "curved": toolpath.kind[rows] != Kind.LINE,
             "feed": feed,
-            "free": free,
+            "free": within & (np.abs(path.per_feed[rows] - 1.0) < 1e-9) & (feed > 0),
             "exact": exact,
-            "stop": stop,
-            "rest": stop.copy(),
-            "tolerance": np.where(within, USED * tolerance, self._chord),
+            "tolerance": np.where(within, USED * toolpath.tolerance[rows], self._chord),
             "entry": entry,
             "leave": leave,
+            "bend": bend,
             "bent": bent,
             "start": toolpath.starts[rows] * self.scale,
             "end": toolpath.end[rows] * self.scale,
         }
 
-        # With the row before the first one, or with itself if there is none.
-        def before_it(name: str) -> np.ndarray:
+    def _compare(self, columns: dict[str, np.ndarray]) -> None:
+        """Add the columns of rows that come of comparing each with the row before it, and the first one with itself if there is none."""
+
+        def before(name: str) -> np.ndarray:
             one = self.column(name)[-1:] if len(self) else columns[name][:1]
             return np.concatenate([one, columns[name][:-1]])
 
+        stop, entry, bend = columns["stop"], columns["entry"], columns.pop("bend")
+        leave, bent = before("leave"), before("bent")
         # The plan meets its places exactly: it is smoothed beside neither exact rows nor turns back.
-        linear = np.einsum("ij,ij->i", before_it("leave")[:, :3], entry[:, :3])
-        long = np.minimum(before_it("length"), columns["length"]) > STANDSTILL
-        columns["met"] = stop | columns["exact"] | before_it("exact") | (long & (linear < SHARPEST))
-        stop[:1] |= not len(self)
-        larger = np.maximum(np.abs(bend), np.abs(before_it("bent"))).max(axis=1)
-        joint = stop | (np.abs(entry - before_it("leave")).max(axis=1) > _STRAIGHT)
-        joint |= np.abs(bend - before_it("bent")).max(axis=1) > _SAME_BEND * larger + 1e-9
+        linear = np.einsum("ij,ij->i", leave[:, :3], entry[:, :3])
+        long = np.minimum(before("length"), columns["length"]) > STANDSTILL
+        columns["met"] = columns["rest"] | columns["exact"] | before("exact") | (long & (linear < SHARPEST))
+        larger = np.maximum(np.abs(bend), np.abs(bent)).max(axis=1)
+        joint = stop | (np.abs(entry - leave).max(axis=1) > _STRAIGHT)
+        joint |= np.abs(bend - bent).max(axis=1) > _SAME_BEND * larger + 1e-9
         for name in ("feed", "tolerance", "free"):
-            joint |= columns[name] != before_it(name)
+            joint |= columns[name] != before(name)
         columns["joint"] = joint
-        self._chunks.append(_Chunk(path, self.base + len(self), rows))
-        for name, values in columns.items():
-            self._columns.setdefault(name, []).append(values)
 
     def _turning(self, x: Floats) -> tuple[Floats, Floats]:
         """Return unit tangents and curvature vectors of positions and their derivatives, shape (3, k, axes)."""
