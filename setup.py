@@ -37,7 +37,17 @@ READING = {
     **dict.fromkeys(
         tuple(
             f"cncgen.kernels.gcode_{name}"
-            for name in ("arithmetic", "scan", "lines", "parse", "rows", "run", "store")
+            for name in (
+                "arithmetic",
+                "instructions",
+                "jumps",
+                "lines",
+                "parse",
+                "rows",
+                "run",
+                "scan",
+                "store",
+            )
         ),
         "-O2",
     ),

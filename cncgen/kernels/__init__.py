@@ -6,7 +6,8 @@ A ``.pxd`` file beside a kernel declares the functions that other kernels call a
     grammar_tables, gcode_lines, decimals                       the run of a grammar's tables, lines as instructions, numbers
     gcode_codes, gcode_parse, gcode_names, gcode_scan, gcode_signs   reading G-code
     grammar_values, language_code                               reading SINUMERIK and Heidenhain
-    gcode_run, gcode_rows, gcode_marks, gcode_frames            executing lines
+    gcode_run, gcode_instructions, gcode_jumps                  executing lines
+    gcode_rows, gcode_marks, gcode_frames                       lines that are kept, and calls in progress
     gcode_store, language_store, gcode_arithmetic, gcode_formulas    their parameters and values
     gcode_motion, gcode_words, arc_centres                      executing blocks
     part21_scan, part21_graph                                   reading STEP-NC

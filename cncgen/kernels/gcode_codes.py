@@ -35,10 +35,10 @@ MACRO_PARAMETERS = dict(
     zip("abcijkdefhmqrstuvwxyz", (1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 13, *range(17, 27)), strict=True)
 )
 LITERALS |= {"ifix[": LITERALS["fix"], "ifup[": LITERALS["fup"]}
-#: Operations.
+#: Operations: those that leave a value first.
 OPERATIONS = _counted(
-    "END NUMBER WORD STORED BINARY SET PARAMETER NAMED NAME SET_NAMED NEGATIVE FUNCTION ARC_TANGENT SLOPE EXISTS EXISTS_NAMED COMMENT "
-    "MESSAGE FLOW THEN INCREMENTS OUTPUT SET_STORED SET_VARIABLE JUMP ELEMENT SET_ELEMENT"
+    "END NUMBER STORED BINARY NEGATIVE FUNCTION ARC_TANGENT NAME NAMED PARAMETER ELEMENT WORD SET SET_STORED SET_NAMED SET_VARIABLE SET_ELEMENT "
+    "COMMENT FLOW THEN JUMP SLOPE EXISTS EXISTS_NAMED MESSAGE INCREMENTS OUTPUT"
 )
 #: The work of a rule of SINUMERIK or Heidenhain (`language_code`): its parts stand alone, a number, a parameter (with a sign or without), an
 #: element R[…], a sign, an operator between values, a function before one, one with its arguments in brackets, a word as one token, a name
@@ -67,6 +67,9 @@ OF_LANGUAGES = _counted(
 #: CODE_NUMBERS: codes that it tells apart, in tenths: those of G, then those of M.
 #: ARGUMENTS: of its `calls`: the words beside the program's number are arguments and name no axis.
 #: ROW: columns of the row of a line that is kept.
+#: MOST_VALUE: operations up to this leave a value.
+#: CALLS_MACRO, CALLS_PROGRAM, ENDS_PROGRAM: G65, M98 and M99 by their number.
+#: UNCERTAIN, PLAIN_LINE, NUMBERED_CALL, LANGUAGE_JUMP: kinds of lines (`gcode_instructions`), beside the numbers of keywords.
 NUMBERS = {
     "MAX_LINE": 65_536,
     "DELETED": 1,
@@ -79,6 +82,14 @@ NUMBERS = {
     "CODE_NUMBERS": 4000,
     "ARGUMENTS": 128,
     "ROW": 8,
+    "MOST_VALUE": OPERATIONS["ELEMENT"],
+    "CALLS_MACRO": 65,
+    "CALLS_PROGRAM": 98,
+    "ENDS_PROGRAM": 99,
+    "UNCERTAIN": -1,
+    "PLAIN_LINE": 0,
+    "NUMBERED_CALL": 999,
+    "LANGUAGE_JUMP": 1000,
 }
 #: Columns of the row of a line that is kept (`gcode_lines.Lines`): offset and number of the line, where its code begins, offset of the next
 #: line, the row of that (-1 for none yet), its marks, the number of its O-word (-1 for none yet), and where its constants begin.
