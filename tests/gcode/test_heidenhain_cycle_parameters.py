@@ -252,3 +252,38 @@ def test_parts_that_a_cycle_has_not_are_errors(run: Run, lines: str, message: st
     """They were passed over without a word."""
     out = run(f"0 BEGIN PGM A MM\nTOOL CALL 1 Z S1000\n{lines}\nEND PGM A MM\n", dialect="heidenhain")
     assert [d.message for d in out.diagnostics if d.severity == "error"] == [message]
+
+
+@pytest.mark.parametrize(
+    ("lines", "what"),
+    [
+        ("CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 A+10", "A of cycle 7 is not read"),
+        ("CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+10\nCYCL DEF 7.2 W+3", "W of cycle 7 is not read"),
+        ("CYCL DEF 8.0 MIRROR\nCYCL DEF 8.1 X A", "A of cycle 8 is not read"),
+        ("CYCL DEF 10.0 ROT\nCYCL DEF 10.1 ROT+30 X+2", "X of cycle 10 is not read"),
+        ("CYCL DEF 26.0 AXIS\nCYCL DEF 26.1 A2 X2", "A of cycle 26 is not read"),
+        ("TRANS DATUM AXIS X+1 C+10", "C of cycle 7 is not read"),
+    ],
+)
+def test_frames_of_other_axes_are_errors(run: Run, lines: str, what: str) -> None:
+    """They were passed over without a word, and the axes went where the program says without the shift."""
+    out = run(
+        f"0 BEGIN PGM A MM\nTOOL CALL 1 Z S1000\n{lines}\nL X+5 FMAX\nEND PGM A MM\n", dialect="heidenhain"
+    )
+    assert [(d.code, d.message) for d in out.diagnostics if d.severity == "error"] == [("not-read", what)]
+
+
+def test_shifts_of_other_axes_by_nothing_are_read(run: Run) -> None:
+    """Posts end a shift with 0 of all axes."""
+    lines = "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+0 Y+0\nCYCL DEF 7.2 A+0 C+0\nCYCL DEF 26.0 AXIS\nCYCL DEF 26.1 X1 B1"
+    out = run(f"0 BEGIN PGM A MM\n{lines}\nL X+5 FMAX\nEND PGM A MM\n", dialect="heidenhain")
+    assert out.errors == []
+
+
+@pytest.mark.parametrize(
+    ("code", "said"), [("M104", "error"), ("M142", "error"), ("M160", "warning"), ("M101", None)]
+)
+def test_functions_from_100_on(run: Run, code: str, said: str | None) -> None:
+    """Of these M101 is the control's own and changes no motion, M160 the builder's; all were taken without a word."""
+    out = run(f"0 BEGIN PGM A MM\nL X+5 FMAX {code}\nEND PGM A MM\n", dialect="heidenhain")
+    assert [d.severity.value for d in out.diagnostics if d.severity != "note"] == ([said] if said else [])

@@ -32,6 +32,7 @@ from cncgen.gcode.codes.arcs import check_radii
 from cncgen.gcode.codes.cutter_compensation import feed_along_contour
 from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.lines import check_feed
+from cncgen.gcode.codes.subprograms import tell_builders
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.codes.tools import table_offset, tell_unknown
 from cncgen.gcode.codes.turning_profiles import Segment
@@ -327,7 +328,9 @@ def remark(ip: Interpreter, block: Block) -> None:
         feed_along_contour(ip, _CONTOUR_FEEDS[kind])
         return
     holds = {_NAMED: not block.words.get("t", 0.0), _NORMALS: bool(Plain.of(ip).sizes)}
-    if holds.get(kind, True):
+    if kind not in _REMARKS:
+        tell_builders(ip, f"M{kind}")
+    elif holds.get(kind, True):
         code, message, place, hint, severity = _REMARKS[kind]
         ip.warn_once(BlockError(code, message, place, hint=hint), severity)
 

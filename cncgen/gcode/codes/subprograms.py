@@ -56,7 +56,7 @@ def of_builder(number: int, words: str) -> Code:
     name = f"M{number // 10}"
 
     def run(ip: Interpreter, block: Block) -> None:
-        _remark(ip, name)
+        tell_builders(ip, name)
         ip.sink.call(
             f"USER_DEFINED_FUNCTION_{number // 10}(-1.000000, -1.000000)",
             Event("user", True, values={"m": number // 10}),
@@ -65,7 +65,7 @@ def of_builder(number: int, words: str) -> Code:
     return Code("M", number, name, Stage.USER, run, "the machine builder's: an event", words)
 
 
-def _remark(ip: Interpreter, name: str) -> None:
+def tell_builders(ip: Interpreter, name: str) -> None:
     """Say that an M code is the machine builder's."""
     message = f"{name} does not belong to the control's own codes: taken as the machine builder's, an event"
     ip.warn_once(BlockError("builders-code", message, name, hint=f"check that {name} moves nothing"))

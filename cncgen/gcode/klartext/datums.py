@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from cncgen.gcode.block import Value
+from cncgen.gcode.block import AXES, Value
 from cncgen.gcode.codes import affine, carried_planes
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError
@@ -22,6 +22,13 @@ from cncgen.records import replace
 _NUMBERS = {"DATUM": 7, "MIRROR": 8, "ROTATION": 10, "SCALE": 11}
 #: The word of TRANS DATUM TABLE for the row of a table of datums; cycle 7 has # for it.
 _ROW = "TABLINE"
+#: The words of each frame; values that change nothing may stand beside them, and names without a value.
+_WORDS = {
+    7: {"X", "Y", "Z", "IX", "IY", "IZ", _ROW}, 8: {"X", "Y", "Z"}, 10: {"ROT", "IROT"}, 11: {"SCL"},
+    26: {"X", "Y", "Z", "CCX", "CCY", "CCZ"},
+}  # fmt: skip
+#: What a value is that changes nothing: of factors 1.
+_NEUTRAL = {26: 1.0}
 #: The number of a tilted plane among the frames, and of a shift within it where another one stands before it.
 _TILTED, _SHIFT_WITHIN = 19, 107
 
@@ -82,6 +89,7 @@ class Datums:
     def set(self, number: int, given: Sequence[Raw]) -> None:
         """Do the same with words that are read."""
         words = {name: self._now(value) for name, value in given if value == value}
+        self._refuse_others(number, given, words)
         if number == 7 and _ROW in words:
             self._shift_by_table(round(words[_ROW]))
         elif number == 7:
@@ -107,6 +115,18 @@ class Datums:
             wanted = tilting.words_of(given, self._now)
             how = "TURN" if wanted.feed or wanted.below else "STAY"
             self._tilt(planes.spatial(planes.of_cycle(words)), replace(wanted, how=how))
+
+    def _refuse_others(self, number: int, given: Sequence[Raw], words: Mapping[str, float]) -> None:
+        """Raise where a frame has a word that is not read: shifts, mirror images and factors of rotary axes."""
+        known = _WORDS.get(number)
+        for name, _ in given:
+            turns = name.removeprefix("I") in AXES.upper()
+            idle = (
+                words.get(name) == _NEUTRAL.get(number, 0.0) if name in words else not (turns and number == 8)
+            )
+            if known is not None and name not in known and not idle:
+                message = f"{name} of cycle {number} is not read"
+                raise BlockError("not-read", message, "CYCL", hint=f"{', '.join(sorted(known))} are")
 
     def transform(self, kind: str, words: Sequence[Raw]) -> None:
         """Do TRANS DATUM, MIRROR, ROTATION or SCALE.

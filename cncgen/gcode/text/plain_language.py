@@ -82,6 +82,16 @@ _OWN_NUMBERS = {"L": 3000, "R": 3500}
 _FIRST = 4000.0
 #: The first number that no parameter has.
 _BEYOND = 5602
+#: M functions from 100 on that are the control's own; the others are the machine builder's.
+_OF_CONTROL = (
+    *range(101, 121),
+    124,
+    *range(126, 131),
+    *range(132, 139),
+    140,
+    *range(141, 146),
+    *range(148, 151),
+)
 #: M functions that stand for several of G-code, or for another one.
 _FUNCTIONS: dict[Value, Words] = {
     13.0: [("m", 3.0), ("m", 8.0)],
@@ -95,13 +105,21 @@ _FUNCTIONS: dict[Value, Words] = {
     **{number: [("g", REMARK / 10.0), ("remark", number)] for number in (97.0, 98.0)},
     **{
         number: [("m", number), ("g", REMARK / 10.0), ("remark", number)]
-        for number in (109.0, 110.0, 111.0, 116.0)
+        for number in (
+            109.0,
+            110.0,
+            111.0,
+            116.0,
+            *(float(m) for m in range(100, 200) if m not in _OF_CONTROL),
+        )
     },
 }
 #: M functions that change the meaning of motions.
 _NOT_READ: dict[Value, str] = {
+    104.0: "the datum that was set last again",
     114.0: "positions of the rotary axes in the program's coordinates",
     130.0: "points in untilted coordinates",
+    142.0: "erasing what the program has set",
     144.0: "the kinematics of the rotary axes",
 }
 _HINT = "--dialect reads other texts as G-code"
