@@ -287,3 +287,16 @@ def test_functions_from_100_on(run: Run, code: str, said: str | None) -> None:
     """Of these M101 is the control's own and changes no motion, M160 the builder's; all were taken without a word."""
     out = run(f"0 BEGIN PGM A MM\nL X+5 FMAX {code}\nEND PGM A MM\n", dialect="heidenhain")
     assert [d.severity.value for d in out.diagnostics if d.severity != "note"] == ([said] if said else [])
+
+
+def test_a_pattern_runs_a_cycle_of_parts(run: Run) -> None:
+    """The parts of a cycle stay those of the calls of 220 behind it."""
+    lines = (
+        "CYCL DEF 2.0 TAPPING\nCYCL DEF 2.1 SETUP 1\nCYCL DEF 2.2 DEPTH -18\nCYCL DEF 2.3 DWELL 0\nCYCL DEF 2.4 F100\n"
+        + definition(220, {})
+    )
+    out = run(
+        f"0 BEGIN PGM A MM\nTOOL CALL 1 Z S100\nL Z+1 FMAX M3\n{lines}END PGM A MM\n", dialect="heidenhain"
+    )
+    assert out.errors == []
+    assert out.path.end[out.path.kind < 3][:, 2].min() == -18

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.errors import BlockError
@@ -82,6 +83,31 @@ def _turn(direction: int) -> Handler:
         ip.sink.call(f"{TURNS[direction]}({spindle})", _event(ip, True))
 
     return run
+
+
+def _powered(run: Handler) -> Handler:
+    """Return M3 or M4 with P, the power of a spindle or a laser in percent on Snapmaker's controls; LinuxCNC's own refuses it.
+
+    Raises:
+        BlockError: The program is to be read as LinuxCNC's own.
+    """
+
+    def powered(ip: Interpreter, block: Block) -> None:
+        # Beside another code that has a P, that P is its own.
+        others = (row for row in ip.codes.of(block) if row.group != "spindle")
+        if "p" in block.words and all("p" not in row.words for row in others):
+            if ip.options.stand_alone or ip.options.dialect == "linuxcnc":
+                hint = (
+                    "S is the spindle's speed; --dialect auto reads P as Snapmaker does, as power in percent"
+                )
+                raise BlockError(
+                    "unused-word", "P stands in a block with no code that uses it", "P", hint=hint
+                )
+            message = f"P{block.words['p']:g} is read as the power of a spindle or laser in percent, as on Snapmaker: it is no speed"
+            ip.warn_once(BlockError("spindle-power", message, "P", hint="S gives the speed"), Severity.NOTE)
+        run(ip, block)
+
+    return powered
 
 
 def orient(ip: Interpreter, block: Block) -> None:
@@ -164,7 +190,7 @@ CODES = (
             (50, 0, "spindle stop"),
         )
         for row in (
-            Code("M", number, "spindle", Stage.SPINDLE, _turn(direction), text, "$", dialects=("linuxcnc",), waits=True,
+            Code("M", number, "spindle", Stage.SPINDLE, _powered(_turn(direction)), text, "$p", dialects=("linuxcnc",), waits=True,
                 restores=("direction", direction)),
             Code("M", number, "spindle", Stage.SPINDLE, _selects(_turn(direction)), text, "$p", dialects=("fanuc",)),
         )

@@ -118,23 +118,32 @@ def call_program(ip: Interpreter, block: Block) -> None:
             raise BlockError(
                 "sub-missing", message, "Q", hint="M98 Q500 runs from N500 of this program to M99"
             )
-        ip.jump = ("lines", whole(block, "q", "M98"), _times(block, "M98"))
+        ip.jump = ("lines", whole(block, "q", "M98"), _times(ip, block, "M98"))
         return
     if PROGRAM in block.words:
-        ip.jump = ("call", -1 - int(block.words[PROGRAM]), _times(block, "M98"))
+        ip.jump = ("call", -1 - int(block.words[PROGRAM]), _times(ip, block, "M98"))
         return
     if "p" not in block.words:
         raise BlockError("sub-missing", "M98 has no program number P", "M98", hint="M98 P1000 runs O1000")
     number = whole(block, "p", "M98")
-    times = _times(block, "M98")
+    times = _times(ip, block, "M98")
     if number > 9999 and "l" not in block.words and not _has_program(ip, block, number):
         times, number = divmod(number, 10_000)
     ip.jump = ("call", number, times)
 
 
-def _times(block: Block, code: str) -> int:
+def _times(ip: Interpreter, block: Block, code: str) -> int:
     """Return how often a block calls, L of its code."""
-    return whole(block, "l", code) if "l" in block.words else 1
+    times = whole(block, "l", code) if "l" in block.words else 1
+    tell_idle(ip, times)
+    return times
+
+
+def tell_idle(ip: Interpreter, times: int) -> None:
+    """Say that a call of no times runs nothing."""
+    if times == 0:
+        message = "a call with L0 runs nothing"
+        ip.warn_once(BlockError("call-idle", message, "L", hint="without L it runs once"))
 
 
 def _has_program(ip: Interpreter, block: Block, number: int) -> bool:
@@ -155,7 +164,7 @@ def call_lines(ip: Interpreter, block: Block) -> None:
         raise BlockError(
             "sub-missing", "M97 has no line number P", "M97", hint="M97 P100 runs from N100 to M99"
         )
-    times = _times(block, "M97")
+    times = _times(ip, block, "M97")
     ip.jump = ("lines", whole(block, "p", "M97"), times)
 
 

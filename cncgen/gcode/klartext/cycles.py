@@ -173,7 +173,9 @@ def define(ip: Interpreter, number: int) -> None:
         what = next((f" ({what})" for numbers, what in _UNREAD if number in numbers), "")
         hint = "write its moves as L blocks, or another cycle: docs/heidenhain.md lists those that are read"
         raise BlockError("unsupported-block", f"cycle {number}{what} is not read", "CYCL", hint=hint)
-    Plain.of(ip).cycle, Plain.of(ip).parts = number, {}
+    Plain.of(ip).cycle = number
+    if number in older_cycles.PARTS:
+        Plain.of(ip).parts = {}
 
 
 def take_part(ip: Interpreter, number: int, part: int, text: str) -> None:

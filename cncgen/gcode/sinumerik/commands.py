@@ -492,6 +492,17 @@ def _path_axes(motions: Motions, name: str, values: list[Scalar | None]) -> None
         motions.ip.warn_once(BlockError("feed-group", message, name, hint=hint))
 
 
+def _spline_axes(motions: Motions, name: str, values: list[Scalar | None]) -> None:
+    """SPLINEPATH(1,X,Y,Z): the axes of which splines are made, as at the start.
+
+    Raises:
+        BlockError: One of X, Y and Z goes along a line beside the spline.
+    """
+    left = set("XYZ").difference(str(value) for value in values[1:])
+    if left:
+        raise not_read(f"SPLINEPATH without {' '.join(sorted(left))}", "splines are of X, Y and Z")
+
+
 def _geometry_axes(motions: Motions, name: str, values: list[Scalar | None]) -> None:
     """GEOAX(): X, Y and Z are the geometry axes, as at the start; GEOAX(1,X) says so of one.
 
@@ -554,6 +565,7 @@ CALLS: dict[str, Callable[[Motions, str, list[Scalar | None]], None]] = {
     "SETMS": _master,
     "SETINT": _interrupt,
     "FGROUP": _path_axes,
+    "SPLINEPATH": _spline_axes,
     "GEOAX": _geometry_axes,
     **measuring.CYCLES,
     **dict.fromkeys(("INIT", "START", "WAITE", "GET", "GETD", "RELEASE"), _other_channel),

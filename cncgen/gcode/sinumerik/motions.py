@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -339,8 +339,7 @@ class Motions:
             if name != "PO" or len(indices) != 1:
                 message = f"{name}=( , ) does not belong to a polynomial"
                 raise BlockError("syntax", message, name, hint="PO[X]=(end, a2, a3)")
-            axis = str(evaluate(indices[0], self.store))
-            words.polynomials[axis] = [number(evaluate(v, self.store)) for v in values]
+            self._polynomial(evaluate(indices[0], self.store), values, words)
         elif kind == "text" and words.commands[-1:] in (["EXTCALL"], ["CALL"]):
             words.calls.append(("EXTCALL", (Quoted(item[1]),)))
             words.commands.pop()
@@ -366,6 +365,10 @@ class Motions:
         else:
             _once(words.named, letter, ("", value))
 
+    def _polynomial(self, axis: Scalar, values: Sequence[Value], words: Words) -> None:
+        """Take PO[X]=(end, a2, a3)."""
+        words.polynomials[str(axis)] = [number(evaluate(value, self.store)) for value in values]
+
     def _setting(self, name: str, indices: tuple[Value, ...], node: Value, words: Words) -> None:
         """Take NAME=value: a word, an R parameter or a variable."""
         at = [evaluate(index, self.store) for index in indices]
@@ -374,6 +377,10 @@ class Motions:
                 message = f'AX[...]: "{at[0]}" is not an axis'
                 raise BlockError("variable-unknown", message, "AX", hint="axes are X Y Z A B C U V W")
             name, at = at[0], []
+        if name == "PO" and len(at) == 1:
+            # PO[X]=(5) is a line of that axis.
+            self._polynomial(at[0], (node,), words)
+            return
         mode = ""
         function = node.name if isinstance(node, Function) else ""
         if isinstance(node, Function) and function in (*MODES, *_OF_X) and len(node.arguments) == 1:

@@ -41,12 +41,14 @@ from cncgen.gcode.block import (
     TOOL_SIZES,
     Computed,
     Value,
+    evaluate,
 )
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.text import expressions
 from cncgen.gcode.text.syntax_errors import Language, refusal
 from cncgen.kernels import gcode_codes as codes
 from cncgen.kernels.grammar_values import Reader
+from cncgen.units import INCH
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -506,16 +508,46 @@ def _tool_call(tool: Value | tuple[Computed] | None, *words: Raw) -> Statement:
     if any(name == "DR2" and value != 0.0 for name, value in words):
         rest += [_REMARK, ("remark", 5.0)]
     if tool is None:
+        rest = [
+            ("s", _turns(_tool_in_spindle, value)) if letter == "vc" else (letter, value)
+            for letter, value in rest
+        ]
         if given:
             # Oversizes alone are those of the tool in the spindle.
             rest = [("t", _tool_in_spindle), ("g", OVERSIZE / 10.0), *oversize, ("g", 43.0), *rest]
         return _block(rest, words)
     found = tool[0] if isinstance(tool, tuple) else tool
+    rest = [("s", _turns(found, value)) if letter == "vc" else (letter, value) for letter, value in rest]
     if isinstance(tool, tuple) and _REMARK not in rest:
         rest += [_REMARK, ("remark", 1.0)]
     if found == 0.0:
         return _block([("t", found), ("m", 6.0), ("g", 49.0), *rest], words)
     return _block([("t", found), ("m", 6.0), ("g", 43.0), ("g", OVERSIZE / 10.0), *oversize, *rest], words)
+
+
+def _cutting_speed(name: str, value: Value) -> Raw:
+    """S( VC = 120 ): the speed of the tool's edge, m a minute."""
+    if name.upper() != "S":
+        raise BlockError("syntax", f"{name} has no VC", column=_column(), hint="TOOL CALL 5 Z S( VC = 120 )")
+    return "VC", value
+
+
+def _turns(tool: Value, cutting_speed: Value) -> Value:
+    """Return the speed of a spindle at which the edge of a tool has a speed."""
+
+    def turns(p: Parameters) -> float:
+        number, ip = round(evaluate(tool, p)), p.interpreter
+        found = ip.tools.find(number)
+        if found is None or found.diameter <= 0.0:
+            message = f"VC gives the speed of the edge of tool {number}, whose diameter is not known"
+            raise BlockError("speed-missing", message, "S", hint="--tool-table gives it; S1000 is a speed")
+        return (
+            1000.0
+            * evaluate(cutting_speed, p)
+            / (math.pi * found.diameter * (INCH if ip.options.inch_tables else 1.0))
+        )
+
+    return turns
 
 
 def _tool_sizes(tool: Value | tuple[Computed] | None, *words: Raw) -> Statement:
@@ -611,7 +643,7 @@ RULES: dict[str, Callable[..., Any]] = {
     "nothing": lambda *parts: ("", 0.0), "idle": lambda *parts: ("M90", 0.0), "turns_left_out": lambda *axes: ("M94", float(sum(1 << AXIS_INDEX[axis.lower().removeprefix("i")] for axis in axes))), "tip": lambda *parts: ("M128", 0.0), "retract": _retract,
     "plunge": lambda feed, percent: ("M103", percent or 0.0),
     "normal": lambda name, value: (name.upper(), value), "orientation": lambda name, value: (name.upper(), value),
-    "length_of_tool": lambda value: ("L", value), "diameter": lambda value: ("D", value),
+    "length_of_tool": lambda value: ("L", value), "cutting_speed": _cutting_speed, "diameter": lambda value: ("D", value),
     "named_words": lambda *words: list(words), "flag": lambda name: (name.upper().strip(), math.nan),
     "motion": _motion, "surface_line": _surface_line, "words": _alone, "corner": _corner,
     "way": lambda kind, form, *words: Statement("way", data=(kind.upper(), form.upper(), words)),
