@@ -300,3 +300,14 @@ def test_a_pattern_runs_a_cycle_of_parts(run: Run) -> None:
     )
     assert out.errors == []
     assert out.path.end[out.path.kind < 3][:, 2].min() == -18
+
+
+@pytest.mark.parametrize("line", ["TOOL CALL 1.2 Z S100", "TOOL DEF 1.2 L+30 R+3\nTOOL CALL 1 Z S100"])
+def test_an_index_of_a_tool_is_told(run: Run, tmp_path: Path, line: str) -> None:
+    """It was taken for the tool without a word, and its TOOL DEF gave the sizes of the tool."""
+    table = tmp_path / "t.tbl"
+    table.write_text("T1 P1 Z20 D8\n")
+    out = run(f"0 BEGIN PGM A MM\n{line}\nL Z+1 FMAX\nEND PGM A MM\n", dialect="heidenhain", tool_table=table)
+    assert out.errors == []
+    assert [d.code for d in out.diagnostics if d.severity == "warning"] == ["tool-index"]
+    assert out.path.end[out.path.kind < 3][-1, 2] == 21

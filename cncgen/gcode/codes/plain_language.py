@@ -305,6 +305,8 @@ _REMARKS = {
         "TOOL", "without LN it changes nothing", Severity.NOTE),
     6: ("feed-function", "FUNCTION FEED DWELL is not made: the time of its pauses is not counted", "FUNCTION", "the path is not changed by it",
         Severity.WARNING),
+    7: ("tool-index", "an index of a tool (TOOL CALL 5.1) has a length and a radius of its own in the control's table: those of the tool are taken",
+        "TOOL", "a tool of another number has its own row in --tool-table", Severity.WARNING),
     20: ("feed-inch", "F of a program in INCH is read as inches a minute; TNCs may count it in tenths of an inch a minute", "INCH",
          "compare a feed with what is meant", Severity.WARNING),
     40: ("probe-not-run", "TCH PROBE measures on the machine: passed over, and datums and Q parameters stay as they are", "TCH",

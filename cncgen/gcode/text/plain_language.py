@@ -490,6 +490,12 @@ def _surface_line(*words: Raw) -> Statement:
     return _block([("g", 0.0 if _is_fast(words) else 1.0), *meant(words), _REMARK, ("remark", 4.0)], words)
 
 
+def _tool_number(text: str) -> float:
+    """Return the number of a tool, with the index behind its point."""
+    found = number(text)
+    return float(_whole(text)) if found.is_integer() else found
+
+
 def _tool_axis(letter: str) -> Raw:
     if letter.upper() != "Z":
         column = _column()
@@ -517,6 +523,10 @@ def _tool_call(tool: Value | tuple[Computed] | None, *words: Raw) -> Statement:
             rest = [("t", _tool_in_spindle), ("g", OVERSIZE / 10.0), *oversize, ("g", 43.0), *rest]
         return _block(rest, words)
     found = tool[0] if isinstance(tool, tuple) else tool
+    if isinstance(found, float) and not found.is_integer():
+        # TOOL CALL 5.1: a second length and radius of tool 5, in a row of their own.
+        found = float(math.floor(found))
+        rest += [_REMARK, ("remark", 7.0)]
     rest = [("s", _turns(found, value)) if letter == "vc" else (letter, value) for letter, value in rest]
     if isinstance(tool, tuple) and _REMARK not in rest:
         rest += [_REMARK, ("remark", 1.0)]
@@ -553,6 +563,8 @@ def _turns(tool: Value, cutting_speed: Value) -> Value:
 def _tool_sizes(tool: Value | tuple[Computed] | None, *words: Raw) -> Statement:
     """TOOL DEF: length and radius of a tool; without them, it makes the tool ready."""
     names = {"L": "l_size", "R": "r_size", "R0": "r_size"}
+    if isinstance(tool, float) and not tool.is_integer():
+        return Statement("block", [_REMARK, ("remark", 7.0)])
     sizes = {names[name]: value for name, value in words if name in names}
     if not sizes or tool is None or isinstance(tool, tuple):
         return Statement("block")
@@ -650,7 +662,7 @@ RULES: dict[str, Callable[..., Any]] = {
     "free": lambda head, *words: Statement("free", data=(head.upper(), words)),
     "select": lambda digits: Statement("select", data=(_whole(digits),)),
     "tool_call": _tool_call, "tool_sizes": _tool_sizes, "tool_axis": _tool_axis, "tool_name": _tool_named,
-    "tool_number": lambda text: float(_whole(text)),
+    "tool_number": _tool_number,
     "cycle": _cycle, "cycle_call": _cycle_call, "stop": _stop, "label": _label, "label_here": _kind("label"), "call": _kind("call"),
     "repeats": lambda times, *_: times,
     **{rule: _kind(rule) for rule in ("call_program", "select_program", "call_selected", "select_pattern", "select_table", "plane", "transform")},
