@@ -257,12 +257,10 @@ def test_parts_that_a_cycle_has_not_are_errors(run: Run, lines: str, message: st
 @pytest.mark.parametrize(
     ("lines", "what"),
     [
-        ("CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 A+10", "A of cycle 7 is not read"),
-        ("CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+10\nCYCL DEF 7.2 W+3", "W of cycle 7 is not read"),
         ("CYCL DEF 8.0 MIRROR\nCYCL DEF 8.1 X A", "A of cycle 8 is not read"),
+        ("CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 S+10", "S of cycle 7 is not read"),
         ("CYCL DEF 10.0 ROT\nCYCL DEF 10.1 ROT+30 X+2", "X of cycle 10 is not read"),
         ("CYCL DEF 26.0 AXIS\nCYCL DEF 26.1 A2 X2", "A of cycle 26 is not read"),
-        ("TRANS DATUM AXIS X+1 C+10", "C of cycle 7 is not read"),
     ],
 )
 def test_frames_of_other_axes_are_errors(run: Run, lines: str, what: str) -> None:
@@ -311,3 +309,18 @@ def test_an_index_of_a_tool_is_told(run: Run, tmp_path: Path, line: str) -> None
     assert out.errors == []
     assert [d.code for d in out.diagnostics if d.severity == "warning"] == ["tool-index"]
     assert out.path.end[out.path.kind < 3][-1, 2] == 21
+
+
+@pytest.mark.parametrize(
+    "ends",
+    ["CYCL DEF 7.0 DATUM\nCYCL DEF 7.1 A+0 W+0", "TRANS DATUM RESET", "CYCL DEF 247 DATUM ~\n Q339=+1"],
+)
+def test_rotary_axes_have_datums(run: Run, ends: str) -> None:
+    """A shift of A was passed over without a word. A+5 from a datum at 10, and 2 further, is at 15 and 17, and X as it says."""
+    lines = "CYCL DEF 7.0 DATUM\nCYCL DEF 7.1 A+10 W+3\nL X+5 A+5 W+1 FMAX\nCYCL DEF 7.0 DATUM\nCYCL DEF 7.1 IA+2\nL A+5 FMAX\n"
+    out = run(f"0 BEGIN PGM A MM\n{lines}{ends}\nL A+5 W+1 FMAX\nEND PGM A MM\n", dialect="heidenhain")
+    assert out.errors == []
+    columns = [out.axes.index(axis) for axis in "XAW"]
+    found = out.path.end[out.path.kind < 3][:, columns]
+    found[:, 1] = np.degrees(found[:, 1])
+    assert found.round(6).tolist() == [[5, 15, 4], [5, 17, 4], [5, 5, 1]]

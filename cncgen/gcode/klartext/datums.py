@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from cncgen.gcode.block import AXES, Value
 from cncgen.gcode.codes import affine, carried_planes
+from cncgen.gcode.codes.offsets import set_g92
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -47,6 +48,8 @@ class Datums:
         #: The table of datums that SEL TABLE has chosen: its name, and its rows by their numbers.
         self._table = ""
         self._rows: dict[int, dict[str, float]] = {}
+        #: Shifts of the other axes, by their columns.
+        self._of_axes: dict[int, float] = {}
         #: Positions of the rotary axes for which the tilted plane is meant.
         self._axes: affine.Positions | None = None
         self._angle = 0.0
@@ -74,6 +77,7 @@ class Datums:
         """End every frame but the tilted plane, as a preset does (iTNC 530, "Datum setting (cycle 247)": shift, mirroring, rotation and
         scaling factors)."""
         self._angle = 0.0
+        self._end_axes()
         for number in [*self._frames]:
             if number != _TILTED:
                 self.take(number, None)
@@ -93,6 +97,7 @@ class Datums:
         if number == 7 and _ROW in words:
             self._shift_by_table(round(words[_ROW]))
         elif number == 7:
+            self._shift_axes({name: value for name, value in words.items() if name not in _WORDS[7]})
             self._shift(words)
         elif number == 8:
             named = "".join(name for name, _ in given)
@@ -117,13 +122,14 @@ class Datums:
             self._tilt(planes.spatial(planes.of_cycle(words)), replace(wanted, how=how))
 
     def _refuse_others(self, number: int, given: Sequence[Raw], words: Mapping[str, float]) -> None:
-        """Raise where a frame has a word that is not read: shifts, mirror images and factors of rotary axes."""
+        """Raise where a frame has a word that is not read, as mirror images and factors of rotary axes."""
         known = _WORDS.get(number)
         for name, _ in given:
-            turns = name.removeprefix("I") in AXES.upper()
-            idle = (
-                words.get(name) == _NEUTRAL.get(number, 0.0) if name in words else not (turns and number == 8)
-            )
+            axis = name.removeprefix("I") in AXES.upper()
+            if name in words:
+                idle = words[name] == _NEUTRAL.get(number, 0.0) or (axis and number == 7)
+            else:
+                idle = not (axis and number == 8)
             if known is not None and name not in known and not idle:
                 message = f"{name} of cycle {number} is not read"
                 raise BlockError("not-read", message, "CYCL", hint=f"{', '.join(sorted(known))} are")
@@ -142,6 +148,7 @@ class Datums:
             self._angle = 0.0 if number == 10 else self._angle
             self.take(number, None)
             if number == 7:
+                self._end_axes()
                 self.take(_SHIFT_WITHIN, None)
         else:
             self.set(number, [word for word in words if word[0] != "AXIS"])
@@ -203,6 +210,34 @@ class Datums:
             for axis, before in zip("XYZ", old, strict=True)
         )
         self._take_shift(number, x, y, z)
+
+    def _shift_axes(self, words: Mapping[str, float]) -> None:
+        """Shift the datum of axes beside X, Y and Z.
+
+        Raises:
+            BlockError: A machine's kinematics or a plane hang on where rotary axes stand.
+        """
+        for name, value in words.items():
+            axis = name.removeprefix("I")
+            if axis not in AXES.upper():
+                continue
+            column = AXES.index(axis.lower())
+            before = self._of_axes.get(column, 0.0)
+            shift = value + before if name != axis else value
+            if shift == before:
+                continue
+            if self._ip.options.kinematics is not None or _TILTED in self._frames:
+                message = f"a datum shift of {axis} beside [kinematics] or a tilted plane is not read"
+                hint = "positions of rotary axes that are written with the shift are read"
+                raise BlockError("not-read", message, "CYCL", hint=hint)
+            offset = self._ip.state.g92.copy()
+            offset[column] += shift - before
+            self._of_axes[column] = shift
+            set_g92(self._ip, offset)
+
+    def _end_axes(self) -> None:
+        """End the shifts of axes beside X, Y and Z."""
+        self._shift_axes({AXES[column].upper(): 0.0 for column in self._of_axes})
 
     def _place_of_shift(self) -> int:
         """Return which of two shifts is meant: that within a tilted plane where one stands before it."""
