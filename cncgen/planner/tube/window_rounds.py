@@ -25,8 +25,9 @@ _FELT = 1.2
 _MORE = 1.1
 #: Part of a window from which on all of it is searched again.
 _MOSTLY = 0.6
-#: Where the motion of a round takes so many times as long as that of the round before, the search has lost its way, and begins anew as well.
-_LOST = 1.05
+#: Where the motion of a round takes so many times as long as that of the round before, or so many iterations, the search has lost its
+#: way, and begins anew as well.
+_LOST, _ASTRAY = 1.05, 100
 #: Rounds in which only the nodes beside such a place have less room; then all those within half a period have, as chords reach there.
 #: Least room, as a part of the tolerance.
 _LOCAL, _NARROWEST = 2, 0.1
@@ -147,7 +148,8 @@ class Rounds:
             # A search that goes astray ends in a motion as well, far from the fastest one.
             before = float(self._got[1].step.sum())
             self._got, spent = _narrower(self._got, given, self._parts)
-            lost = self._got[1].status != 1 or float(self._got[1].step.sum()) > _LOST * before
+            took = self._got[1]
+            lost = took.status != 1 or took.iterations > _ASTRAY or float(took.step.sum()) > _LOST * before
         if lost:
             tangled = self.window.tangled
             anew, more = begun(given, nodes, near, tangled) if near or not self.early else (None, 0)

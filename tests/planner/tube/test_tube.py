@@ -257,6 +257,27 @@ def test_a_circle_takes_the_time_of_its_slow_axis(tolerance: float) -> None:
     assert seconds < 1.005 * 2.0 * (2.0 - tolerance) / 0.708624
 
 
+def test_a_round_that_runs_out_of_iterations_begins_anew() -> None:
+    """A random program on a machine of slow axes: such a round took 12.302 s where the one before took 11.895 s, and the plan was kept."""
+    limits = {"X": (11.36, 112.9, 3209.0), "Y": (4.976, 147.8, 2426.0), "Z": (8.370, 18.49, 376.3)}
+    slow = replace(machine(), axes={letter: machine(*each).axes[letter] for letter, each in limits.items()})
+    rows = [
+        "G1 X-3.2491 Y-3.4701 Z0.0000", "G3 X-7.1576 Z-26.2524 I-1.9543 K-13.1262", "G1 X-14.1372 Y-10.5838 Z-37.5192",
+        "G2 X-7.1740 Z-49.1040 I3.4816 K-5.7924", "G1 X-18.1968 Y-24.4043 Z-49.1040", "G1 X-0.1745 Y-24.4043 Z-50.3830",
+        "G1 X-0.1745 Y-2.2495 Z-49.4843", "G1 X-0.1745 Y-2.2495 Z-50.4395", "G2 X16.9014 Z-50.4341 I8.5379 K0.0027",
+        "G3 X-10.6670 Z-34.0028 I-13.7842 K8.2157", "G1 X-6.6689 Y15.7311 Z-35.6514", "G2 X-9.7597 Z-48.8627 I-1.5454 K-6.6056",
+        "G1 X-7.6253 Y15.7311 Z-48.8627", "G3 X-20.2507 Z-52.7434 I-6.3127 K-1.9404", "G2 X-27.3186 Z-28.4782 I-3.5339 K12.1326",
+        "G3 X-57.7969 Z-2.5481 I-15.2391 K12.9651", "G1 X-57.7969 Y1.6973 Z-2.5481", "G1 X-76.1310 Y-17.9971 Z-28.7158",
+        "G1 X-76.1310 Y-17.9971 Z-28.7158", "G1 X-76.1310 Y-53.4105 Z-22.6430", "G2 X-40.5929 Z-34.1102 I17.7690 K-5.7336",
+        "G1 X-34.0274 Y-34.9153 Z-68.3371", "G1 X-34.0274 Y-30.6560 Z-48.2916", "G2 X-22.4857 Z-74.9029 I5.7708 K-13.3057",
+        "G1 X-32.4493 Y-19.9855 Z-79.4393", "G1 X15.3002 Y-3.3082 Z-112.2701", "G1 X6.5099 Y8.7835 Z-134.0909",
+    ]  # fmt: skip
+    text = "\n".join(["G21 G90 G94 G18 G64 P0.0554 F672", *rows, "M30", ""])
+    setpoints, summary = cncgen.plan_with_summary(cncgen.read_text(text), slow)
+    setpoints.collect()
+    assert summary.as_json()["tolerance_windows_kept"] == 0
+
+
 def test_nodes_are_met_as_exactly_as_short_periods_need() -> None:
     """At 0.1 ms steps of 0.03 nm between pieces of the motion were 1.3 % of the jerk limit."""
     on = replace(machine(), period_s=1e-4)
