@@ -2,16 +2,7 @@
 """Where a mesh crosses a field of dexels (`cncgen.kernels.dexel_sweeps`)."""
 
 import cython
-from cython.cimports.cncgen.kernels.removal import first_node, last_node
-
-
-@cython.cfunc
-@cython.nogil
-@cython.exceptval(check=False)
-def _least(a: cython.double, b: cython.double, c: cython.double) -> cython.double:
-    """Return the least of three numbers."""
-    a = a if a < b else b
-    return a if a < c else c
+from cython.cimports.cncgen.kernels.removal import first_node, last_node, least
 
 
 def mesh_crossings(
@@ -46,11 +37,11 @@ def mesh_crossings(
             if area == 0.0:
                 continue
             for j in range(
-                first_node(_least(ay, by, cy), cell), last_node(-_least(-ay, -by, -cy), cell, rows) + 1
+                first_node(least(ay, by, cy), cell), last_node(-least(-ay, -by, -cy), cell, rows) + 1
             ):
                 v = j * cell
                 for i in range(
-                    first_node(_least(ax, bx, cx), cell), last_node(-_least(-ax, -bx, -cx), cell, columns) + 1
+                    first_node(least(ax, bx, cx), cell), last_node(-least(-ax, -bx, -cx), cell, columns) + 1
                 ):
                     u = i * cell
                     # Shares of the corners b and c.

@@ -6,3 +6,4 @@ cpdef double lowest_at(
 ) noexcept nogil
 cpdef Py_ssize_t first_node(double low, double cell) noexcept nogil
 cpdef Py_ssize_t last_node(double high, double cell, Py_ssize_t count) noexcept nogil
+cpdef double least(double a, double b, double c) noexcept nogil

@@ -163,6 +163,15 @@ def last_node(high: cython.double, cell: cython.double, count: cython.Py_ssize_t
     return cython.cast(cython.Py_ssize_t, floor(high / cell)) if high < (count - 1) * cell else count - 1
 
 
+@cython.ccall
+@cython.nogil
+@cython.exceptval(check=False)
+def least(a: cython.double, b: cython.double, c: cython.double) -> cython.double:
+    """Return the least of three numbers."""
+    a = a if a < b else b
+    return a if a < c else c
+
+
 @cython.final
 @cython.cclass
 class _Way:
@@ -236,6 +245,14 @@ class _Way:
         self.first, self.last = first_node(lo, cell), last_node(hi, cell, columns)
 
     @cython.cfunc
+    @cython.inline
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _nearest(self, foot: cython.double) -> cython.double:
+        """Return the place of the way that is nearest to one on the line through it, mm from its start."""
+        return 0.0 if foot < 0.0 else (self.length if foot > self.length else foot)
+
+    @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
     def _square_beside(
@@ -246,7 +263,7 @@ class _Way:
         x: cython.double = i * _SQUARE * cell + half - self.px
         y: cython.double = j * _SQUARE * cell + half - self.py
         foot: cython.double = x * self.tx + y * self.ty
-        s: cython.double = 0.0 if foot < 0.0 else (self.length if foot > self.length else foot)
+        s: cython.double = self._nearest(foot)
         d: cython.double = y * self.tx - x * self.ty
         return sqrt(d * d + (foot - s) * (foot - s)) - 1.4143 * half
 
@@ -315,61 +332,75 @@ class _Cut:
         last: cython.Py_ssize_t,
     ) -> cython.double:
         """Cut some cells; return how high they are at most afterwards, -1e300 if there is nothing left."""
+        highest: cython.double = _NOTHING
+        for j in range(first_row, last_row + 1):
+            for i in range(first, last + 1):
+                most = self._most(j, i)
+                if most > way.lowest:
+                    most = self._lower(way, j, i, most)
+                if most > highest and most > self.bottom[j, i]:
+                    highest = most
+        return highest
+
+    @cython.cfunc
+    @cython.inline
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _most(self, j: cython.Py_ssize_t, i: cython.Py_ssize_t) -> cython.double:
+        """Return the greater of a cell's two heights: one that a deep cut covers in part has a mean below that of its middle."""
+        height: cython.double = self.heights[j, i]
+        mean: cython.double = self.mean[j, i]
+        return mean if mean > height else height
+
+    @cython.cfunc
+    @cython.inline
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _lift(self, rho: cython.double) -> cython.double:
+        """Return h(ρ), beyond the tool's radius as at its rim."""
+        return lift(rho if rho < self.radius else self.radius, self.flat, self.edge, self.slope)
+
+    @cython.cfunc
+    @cython.inline
+    @cython.nogil
+    @cython.exceptval(check=False)
+    def _lower(
+        self, way: _Way, j: cython.Py_ssize_t, i: cython.Py_ssize_t, most: cython.double
+    ) -> cython.double:
+        """Cut a cell whose heights are so much at most; return how much they are at most afterwards."""
         cell: cython.double = self.cell
         radius: cython.double = self.radius
         reach: cython.double = radius + 0.75 * cell
-        inner: cython.double = radius - 0.5 * cell
-        flat: cython.double = self.flat
-        edge: cython.double = self.edge
-        slope: cython.double = self.slope
-        tx: cython.double = way.tx
-        ty: cython.double = way.ty
-        length: cython.double = way.length
-        rise: cython.double = way.rise
-        lowest: cython.double = way.lowest
-        highest: cython.double = _NOTHING
-        for j in range(first_row, last_row + 1):
-            y = j * cell - way.py
-            for i in range(first, last + 1):
-                height, mean = self.heights[j, i], self.mean[j, i]
-                # A cell that a deep cut covers in part has a mean height below that of its middle.
-                old = mean if mean > height else height
-                if old <= highest and old <= lowest:
-                    continue
-                x = i * cell - way.px
-                foot = x * tx + y * ty
-                d = fabs(y * tx - x * ty)
-                s = 0.0 if foot < 0.0 else (length if foot > length else foot)
-                rho = d * d + (foot - s) * (foot - s)
-                if old > lowest and rho < reach * reach:
-                    rho = sqrt(rho)
-                    cover = 1.0 if rho <= inner else 0.5 + (radius - rho) / cell
-                    # The tool is nowhere lower over the cell than its least height with the tip at the line's lower end.
-                    if (
-                        cover > 0.0
-                        and lowest + lift(rho if rho < radius else radius, flat, edge, slope) < old
-                    ):
-                        if old <= self.bottom[j, i]:
-                            continue
-                        value = rho
-                        if rise != 0.0:
-                            s = lowest_at(foot, d, length, rise, radius, flat, edge, slope)
-                            value = sqrt(d * d + (foot - s) * (foot - s))
-                        tip = way.base + rise * s
-                        env = tip + lift(value if value < radius else radius, flat, edge, slope)
-                        env = env if env > self.bottom[j, i] else self.bottom[j, i]
-                        value = env if cover >= 1.0 else self.top[j, i] - cover * (self.top[j, i] - env)
-                        if value < mean:
-                            self.volume += mean - value
-                            self.mean[j, i] = value
-                        if rho <= radius and env < height:
-                            self.heights[j, i] = env
-                            self._touch(j, i, height, env, tip, rho <= self.sure)
-                        height, mean = self.heights[j, i], self.mean[j, i]
-                        old = mean if mean > height else height
-                if old > highest and old > self.bottom[j, i]:
-                    highest = old
-        return highest
+        x: cython.double = i * cell - way.px
+        y: cython.double = j * cell - way.py
+        foot: cython.double = x * way.tx + y * way.ty
+        d: cython.double = fabs(y * way.tx - x * way.ty)
+        s: cython.double = way._nearest(foot)
+        rho: cython.double = d * d + (foot - s) * (foot - s)
+        if rho >= reach * reach:
+            return most
+        rho = sqrt(rho)
+        cover: cython.double = 1.0 if rho <= radius - 0.5 * cell else 0.5 + (radius - rho) / cell
+        # The tool is nowhere lower over the cell than its least height with the tip at the line's lower end.
+        bottom: cython.double = self.bottom[j, i]
+        if cover <= 0.0 or way.lowest + self._lift(rho) >= most or most <= bottom:
+            return most
+        at: cython.double = rho
+        if way.rise != 0.0:
+            s = lowest_at(foot, d, way.length, way.rise, radius, self.flat, self.edge, self.slope)
+            at = sqrt(d * d + (foot - s) * (foot - s))
+        tip: cython.double = way.base + way.rise * s
+        env: cython.double = tip + self._lift(at)
+        env = env if env > bottom else bottom
+        mean: cython.double = env if cover >= 1.0 else self.top[j, i] - cover * (self.top[j, i] - env)
+        if mean < self.mean[j, i]:
+            self.volume += self.mean[j, i] - mean
+            self.mean[j, i] = mean
+        height: cython.double = self.heights[j, i]
+        if rho <= radius and env < height:
+            self.heights[j, i] = env
+            self._touch(j, i, height, env, tip, rho <= self.sure)
+        return self._most(j, i)
 
     @cython.cfunc
     @cython.nogil
@@ -449,12 +480,7 @@ def cut_lines(
                     if squares[j, i] <= way.lowest:
                         continue
                     beside = way._square_beside(j, i, cell)
-                    if beside > reach or (
-                        beside > 0.0
-                        and way.lowest
-                        + lift(beside if beside < cut.radius else cut.radius, cut.flat, cut.edge, cut.slope)
-                        >= squares[j, i]
-                    ):
+                    if beside > reach or (beside > 0.0 and way.lowest + cut._lift(beside) >= squares[j, i]):
                         continue
                     end = (i + 1) * _SQUARE - 1 if (i + 1) * _SQUARE < columns else columns - 1
                     squares[j, i] = cut._square(way, j * _SQUARE, end_row, i * _SQUARE, end)
@@ -503,7 +529,7 @@ def highest_beside(
                         ):
                             x, y = a * cell - way.px, b * cell - way.py
                             foot, d = x * way.tx + y * way.ty, y * way.tx - x * way.ty
-                            s = 0.0 if foot < 0.0 else (way.length if foot > way.length else foot)
+                            s = way._nearest(foot)
                             over = heights[b, a] - (way.base + way.rise * s) - above
                             if over <= most or heights[b, a] <= bottom[b, a]:
                                 continue
@@ -526,57 +552,29 @@ def mesh_columns(
         grid: As of `cut_lines`.
         top, bottom: Shape (rows, columns), changed in place.
     """
-    n: cython.Py_ssize_t = triangles.shape[0]
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    nx: cython.Py_ssize_t = top.shape[1]
-    ny: cython.Py_ssize_t = top.shape[0]
     cell: cython.double = grid[2]
-    ax: cython.double
-    ay: cython.double
-    bx: cython.double
-    by: cython.double
-    cx: cython.double
-    cy: cython.double
-    v: cython.double
-    w: cython.double
-    z: cython.double
-    lo: cython.double
-    hi: cython.double
-    i0: cython.Py_ssize_t
-    i1: cython.Py_ssize_t
-    j0: cython.Py_ssize_t
-    j1: cython.Py_ssize_t
+    # Edges are a hair wide, so that a column on one meets a triangle beside it whatever the rounding.
+    hair: cython.double = 1e-4 * cell
     with cython.nogil:
-        for k in range(n):
-            ax, ay = triangles[k, 0, 0] - grid[0], triangles[k, 0, 1] - grid[1]
+        for k in range(triangles.shape[0]):
+            # Corner a, and b and c from it.
+            ax, ay, az = triangles[k, 0, 0] - grid[0], triangles[k, 0, 1] - grid[1], triangles[k, 0, 2]
             bx, by = triangles[k, 1, 0] - grid[0] - ax, triangles[k, 1, 1] - grid[1] - ay
             cx, cy = triangles[k, 2, 0] - grid[0] - ax, triangles[k, 2, 1] - grid[1] - ay
             area = bx * cy - cx * by
             if fabs(area) < 1e-12:
                 continue
-            lo = (bx if bx < cx else cx) if (bx < 0.0 or cx < 0.0) else 0.0
-            hi = (bx if bx > cx else cx) if (bx > 0.0 or cx > 0.0) else 0.0
-            lo, hi = ax + lo - 1e-4 * cell, ax + hi + 1e-4 * cell
-            if hi < 0.0 or lo > (nx - 1) * cell:
-                continue
-            i0 = cython.cast(cython.Py_ssize_t, ceil(lo / cell)) if lo > 0.0 else 0
-            i1 = cython.cast(cython.Py_ssize_t, floor(hi / cell)) if hi < (nx - 1) * cell else nx - 1
-            lo = (by if by < cy else cy) if (by < 0.0 or cy < 0.0) else 0.0
-            hi = (by if by > cy else cy) if (by > 0.0 or cy > 0.0) else 0.0
-            lo, hi = ay + lo - 1e-4 * cell, ay + hi + 1e-4 * cell
-            if hi < 0.0 or lo > (ny - 1) * cell:
-                continue
-            j0 = cython.cast(cython.Py_ssize_t, ceil(lo / cell)) if lo > 0.0 else 0
-            j1 = cython.cast(cython.Py_ssize_t, floor(hi / cell)) if hi < (ny - 1) * cell else ny - 1
-            for j in range(j0, j1 + 1):
-                for i in range(i0, i1 + 1):
+            first = first_node(ax + least(0.0, bx, cx) - hair, cell)
+            last = last_node(ax - least(0.0, -bx, -cx) + hair, cell, top.shape[1])
+            first_row = first_node(ay + least(0.0, by, cy) - hair, cell)
+            last_row = last_node(ay - least(0.0, -by, -cy) + hair, cell, top.shape[0])
+            for j in range(first_row, last_row + 1):
+                for i in range(first, last + 1):
+                    # Shares of the corners b and c.
                     v = ((i * cell - ax) * cy - cx * (j * cell - ay)) / area
                     w = (bx * (j * cell - ay) - (i * cell - ax) * by) / area
                     if v < -1e-4 or w < -1e-4 or v + w > 1.0 + 1e-4:
                         continue
-                    z = triangles[k, 0, 2] + v * (triangles[k, 1, 2] - triangles[k, 0, 2])
-                    z += w * (triangles[k, 2, 2] - triangles[k, 0, 2])
+                    z = az + v * (triangles[k, 1, 2] - az) + w * (triangles[k, 2, 2] - az)
                     top[j, i] = z if z > top[j, i] else top[j, i]
                     bottom[j, i] = z if z < bottom[j, i] else bottom[j, i]

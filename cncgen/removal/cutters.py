@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from cncgen.diagnostics import Diagnostic, UsageError
@@ -12,17 +13,20 @@ from cncgen.removal.record import Cutter, Insert
 
 #: How an option names a tool.
 FORMS = "flat:D, ball:D, bull:D,R, drill:D,POINT, chamfer:D,ANGLE[,TIP]; of a lathe turn:NOSE[,TRAILING], groove:WIDTH[,NOSE]"
-_SIZES = {
-    "flat": (1, 1),
-    "ball": (1, 1),
-    "bull": (2, 2),
-    "drill": (1, 2),
-    "chamfer": (2, 3),
-    "turn": (1, 2),
-    "groove": (1, 2),
-}
 #: Point angle of a drill where none is given, degrees.
 POINT = 118.0
+#: The sizes of each form, as values of a ``tool`` event: those that must be given, those that may be, and what the form implies.
+_SIZES: dict[str, tuple[list[str], list[str], dict[str, Any]]] = {
+    "flat": (["diameter_mm"], [], {}),
+    "ball": (["diameter_mm"], [], {}),
+    "bull": (["diameter_mm", "edge_radius_mm"], [], {}),
+    "drill": (["diameter_mm"], ["point_angle_deg"], {"point_angle_deg": POINT}),
+    "chamfer": (["diameter_mm", "point_angle_deg"], ["tip_diameter_mm"], {}),
+    "turn": (["nose_radius_mm"], ["trailing_angle_deg"], {"form": "turning tool"}),
+    "groove": (["width_mm"], ["nose_radius_mm"], {"form": "grooving tool"}),
+}
+#: How many numbers follow what is said of a milling tool beside its form.
+_EXTRAS = {"length": 1, "shank": 1, "holder": 2}
 #: Angle of a turning tool's trailing edge where none is given, rad: that of a slender one.
 TRAILING = math.radians(60.0)
 
@@ -75,54 +79,47 @@ def cutter_of_option(text: str) -> Cutter | Insert:
     name, _, rest = text.partition("=")
     form, *extras = rest.split(";")
     kind, _, sizes = form.partition(":")
+    kind = kind.strip().lower()
     numbers = _numbers(sizes, text)
-    least, most = _SIZES.get(kind.strip().lower(), (99, 0))
-    if not name.strip() or not least <= len(numbers) <= most or min(numbers) < 0:
+    must, may, implied = _SIZES.get(kind, ([], [], {}))
+    if not name.strip() or not len(must) <= len(numbers) <= len(must + may):
         raise _wrong(text)
-    if kind in ("turn", "groove") and extras:
-        raise _wrong(text)
-    if kind == "turn":
-        angle = numbers[1] if len(numbers) > 1 else math.degrees(TRAILING)
-        if not 0 < angle < 90:
-            raise _wrong(text)
-        return Insert(name.strip(), numbers[0], trailing=math.radians(angle))
-    if not numbers[0] > 0:
-        raise _wrong(text)
-    if kind == "groove":
-        return Insert(name.strip(), numbers[1] if len(numbers) > 1 else 0.0, numbers[0])
-    values: dict[str, Any] = {"tool": name.strip(), "diameter_mm": numbers[0]}
+    values = {"tool": name.strip(), **implied, **dict(zip(must + may, numbers, strict=False))}
     if kind == "ball":
-        values["edge_radius_mm"] = numbers[0] / 2
-    elif kind == "bull":
-        if numbers[1] > numbers[0] / 2:
-            raise _wrong(text, f"the corner's radius is more than half of the diameter of {numbers[0]:g} mm")
-        values["edge_radius_mm"] = numbers[1]
-    elif kind == "drill":
-        values["point_angle_deg"] = numbers[1] if len(numbers) > 1 else POINT
-    elif kind == "chamfer":
-        values |= {"point_angle_deg": numbers[1], "tip_diameter_mm": numbers[2] if len(numbers) > 2 else 0.0}
-    if not 0 < values.get("point_angle_deg", 90.0) <= 180:
-        raise _wrong(text, "the angle is not above 0 and at most 180 degrees")
-    if values.get("tip_diameter_mm", 0.0) > numbers[0]:
-        raise _wrong(text, f"the tip is wider than the diameter of {numbers[0]:g} mm")
-    shank, holder = None, None
+        values["edge_radius_mm"] = values["diameter_mm"] / 2
+    _check_sizes(values, text)
+    if "form" in values:
+        made: Cutter | Insert | None = insert_of_event(values)
+        if made is None or extras:
+            raise _wrong(text)
+        return made
+    parts: dict[str, list[float]] = {}
     for extra in extras:
         key, _, value = extra.partition("=")
-        given = _numbers(value, text)
-        if key == "length" and len(given) == 1:
-            values["cutting_length_mm"] = given[0]
-        elif key == "shank" and len(given) == 1:
-            shank = given[0] / 2
-        elif key == "holder" and len(given) == 2:
-            holder = (given[0] / 2, given[1])
-        else:
+        parts[key] = _numbers(value, text)
+        if _EXTRAS.get(key) != len(parts[key]):
             raise _wrong(text)
-    made = cutter_of_event(values)
-    if made is None:
+    cutter = cutter_of_event(values | {"cutting_length_mm": parts.get("length", [math.inf])[0]})
+    if cutter is None:
         raise _wrong(text)
-    return Cutter(
-        made.name, made.radius, made.flat, made.edge, made.slope, made.cutting_length, False, shank, holder
-    )
+    if "shank" in parts:
+        cutter = replace(cutter, shank=parts["shank"][0] / 2)
+    if "holder" in parts:
+        cutter = replace(cutter, holder=(parts["holder"][0] / 2, parts["holder"][1]))
+    return cutter
+
+
+def _check_sizes(values: Mapping[str, Any], text: str) -> None:
+    """Raise `UsageError` where the sizes of a tool do not fit each other."""
+    diameter = values.get("diameter_mm", math.inf)
+    if values.get("edge_radius_mm", 0.0) > diameter / 2:
+        raise _wrong(text, f"the corner's radius is more than half of the diameter of {diameter:g} mm")
+    if values.get("tip_diameter_mm", 0.0) > diameter:
+        raise _wrong(text, f"the tip is wider than the diameter of {diameter:g} mm")
+    if not 0 < values.get("point_angle_deg", POINT) <= 180:
+        raise _wrong(text, "the angle is not above 0 and at most 180 degrees")
+    if not 0 < values.get("trailing_angle_deg", 60.0) < 90:
+        raise _wrong(text, "the angle is not above 0 and below 90 degrees")
 
 
 def _numbers(text: str, whole: str) -> list[float]:
@@ -132,6 +129,8 @@ def _numbers(text: str, whole: str) -> list[float]:
         raise _wrong(whole) from None
     if not all(abs(value) <= POSITION for value in numbers):
         raise UsageError(Diagnostic("cut-tool", f"{whole!r} has a size beyond {POSITION:g} mm"))
+    if min(numbers) < 0:
+        raise _wrong(whole)
     return numbers
 
 

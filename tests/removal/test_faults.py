@@ -476,8 +476,15 @@ def test_the_explicit_toolpaths_of_nist_cut_what_their_features_do(programs):
         ("chamfer:10,190", "at most 180 degrees"),
         ("chamfer:10,90,12", "the tip is wider"),
         ("drill:10,0", "the angle is not above 0"),
+        ("turn:0.4,90", "below 90 degrees"),
+        ("flat:10;shank=-8", "names no tool"),
     ],
 )
 def test_forms_that_no_tool_has_are_refused_with_the_reason(form, why):
     with pytest.raises(UsageError, match=why):
         cutter_of_option(f"1={form}")
+
+
+def test_the_form_of_a_tool_may_be_written_in_capitals():
+    """A ball of 6 mm has a rounded edge of its radius, 3 mm, however its form is written."""
+    assert cutter_of_option("1=Ball:6").edge == 3.0
