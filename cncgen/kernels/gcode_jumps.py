@@ -237,6 +237,7 @@ class Jumps(Instructions):
         macro: cython.bint = self.called == CALLS_MACRO
         k: cython.Py_ssize_t
         letter: cython.int
+        before: cython.int = 0
         value: cython.double
         for k in range(first, last):
             letter, value = self.letters[k], self.values[k]
@@ -248,6 +249,11 @@ class Jumps(Instructions):
                 macro and _ARGUMENT[letter - 97]
             ):
                 return False
+            if 105 <= letter <= 107:
+                # Of I, J and K out of order the interpreter tells.
+                if letter < before:
+                    return False
+                before = letter
         if macro and self.letters[first] != 103:
             return False
         if not 0.0 <= number <= _MOST_NUMBER or number != floor(number) or len(self.frames) >= self.deepest:

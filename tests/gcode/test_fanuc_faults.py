@@ -209,3 +209,26 @@ def test_a_code_that_other_dialects_have_is_named_as_what_it_is_here(
     assert error.code == "unknown-code"
     assert error.message.startswith(message)
     assert hint in (error.hint or "")
+
+
+@pytest.mark.parametrize(
+    ("lines", "told", "ends"),
+    [
+        ("GOTO 5\nWHILE[#1LT2]DO1\nG1 X9\nN5 G1 X#1\n#1=#1+1\nEND1", 4, [9, 1]),
+        ("WHILE[#1LT2]DO1\nIF[#1EQ1]GOTO 5\nG1 X7\nN5 #1=#1+1\nEND1\nGOTO 6\nG1 X9\nN6 G1 X8", None, [7, 8]),
+        ("GOTO 5\nG1 X9\nN5 WHILE[#1LT1]DO1\n#1=#1+1\nG1 X#1\nEND1", None, [1]),
+        ("G65 P2 J1 I2\nG65 P2 I3 J4", 4, [2, 1, 3, 4]),
+        ("G65 P2 I3 J4 K5 I6 J7 K8", None, [3, 4]),
+        ("G65 P2 I3 I5 J4", 4, [3, 4]),
+    ],
+)
+def test_what_controls_take_otherwise_in_macros_is_told(
+    run: Run, lines: str, told: int | None, ends: list[float]
+) -> None:
+    """FANUC's manual: branches do not enter a loop, and I J K stand in the order of the alphabet (B-63324EN, 15.6 and 15.7.1)."""
+    text = f"O1\nG21 G90 F100\n#1=0\n{lines}\nM30\nO2\nG1 X#4\nX#5\nM99"
+    found = run(text, dialect="fanuc")
+    assert found.errors == []
+    lines_told = [d.span and d.span.line for d in found.diagnostics if d.code == "other-control"]
+    assert lines_told == [told] * (told is not None)
+    assert list(dict.fromkeys(found.path.end[:, 0].tolist())) == ends

@@ -18,6 +18,7 @@ from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import PlainBlocks
 from cncgen.gcode.text.parsers import STORED, new_parser
 from cncgen.kernels import gcode_run
+from cncgen.kernels.gcode_codes import LITERALS
 from cncgen.kernels.gcode_store import Store
 from cncgen.records import dataclass
 
@@ -81,12 +82,14 @@ class Computing:
     def _leads(
         self, source: int, offset: int, line: int, keyword: int, value: float
     ) -> tuple[int, int] | None:
-        """Return offset and number of the line that a jump or loop of a macro leads to; None where it has a fault, which its line tells."""
+        """Return offset and number of the line that a jump or loop of a macro leads to; None where its line has something to tell."""
         from cncgen.gcode.flow import macros
 
         with suppress(BlockError):
-            target = macros.target_of(self._control, keyword, value, Cursor(source, offset, line))
-            return target.offset, target.line
+            here = Cursor(source, offset, line)
+            target = macros.target_of(self._control, keyword, value, here)
+            if keyword != LITERALS["goto"] or macros.entered(self._control, here, target) is None:
+                return target.offset, target.line
         return None
 
     def _begins(self, source: int, offset: int, line: int, number: float) -> Cursor | None:

@@ -133,7 +133,7 @@ class LineRunner:
                 block = gather(ahead)
                 block.source, block.offset, block.line = here
                 self.execute(block)
-        number, times, values = macros.arguments([pair for pair in pairs if pair[1] == pair[1]])
+        number, times, values = macros.arguments(self.ip, [pair for pair in pairs if pair[1] == pair[1]])
         macros.tell_idle(self.ip, times)
         if code == "g66":
             self.ip.modal_macros.append((number, times, values))

@@ -23,6 +23,7 @@ from cncgen.toolpath.record import Event
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.flow.o_words import FlowControl
+    from cncgen.gcode.text.marked_lines import Marked
 
 _FANUC = ("fanuc",)
 VACANT = math.nan
@@ -56,11 +57,12 @@ def apart(
     return pairs[:at], pairs[at + 1 :]
 
 
-def arguments(pairs: list[tuple[str, float]]) -> tuple[int, int, list[float]]:
+def arguments(ip: Interpreter, pairs: list[tuple[str, float]]) -> tuple[int, int, list[float]]:
     """Return program number (below 0 that of a name), repeats and local parameters of a G65 or G66 block."""
     number, times = None, 1
     values = [VACANT] * MACRO_LOCALS
     sets = {"i": 0, "j": 0, "k": 0}
+    last = 0
     for letter, value in pairs:
         if letter == "p":
             number = whole_of(value, letter, "a macro call")
@@ -77,6 +79,11 @@ def arguments(pairs: list[tuple[str, float]]) -> tuple[int, int, list[float]]:
                     "macro-arguments", f"{letter.upper()} stands more than ten times", letter.upper()
                 )
             values[index - 1] = value
+            if index < last:
+                message = f"{letter.upper()} stands behind a later one of I J K: it sets #{index} here, and on some controls one of the next set"
+                hint = "I, J and K stand in the order of the alphabet (FANUC), each set by itself"
+                ip.warn_once(BlockError("other-control", message, letter.upper(), hint=hint))
+            last = index
         elif letter in MACRO_PARAMETERS:
             values[MACRO_PARAMETERS[letter] - 1] = value
         else:
@@ -180,6 +187,10 @@ def run(control: FlowControl, word: Flow, here: Cursor) -> Cursor | None:
     assert word.label is not None
     assert not isinstance(word.label, str)
     target = target_of(control, LITERALS[word.keyword], evaluate(word.label, control.ip.parameters), here)
+    if word.keyword == "goto" and (loop := entered(control, here, target)) is not None:
+        message = f"GOTO leads into the loop DO {loop.label:g} of line {loop.cursor.line} from outside: controls do not take that, or differ"
+        hint = "lead to the line of WHILE or DO, or before it"
+        control.ip.warn_once(BlockError("other-control", message, "GOTO", hint=hint))
     stays = word.keyword == "while-do" and (not word.arguments or control.condition(word))
     return None if stays else target
 
@@ -191,6 +202,11 @@ def target_of(control: FlowControl, keyword: int, value: float, here: Cursor) ->
     return (macro_loops.end_of if keyword == LITERALS["while-do"] else macro_loops.begin_of)(
         control, value, here
     )
+
+
+def entered(control: FlowControl, here: Cursor, target: Cursor) -> Marked | None:
+    """Return the DO of a loop that GOTO enters from outside, which FANUC's manual forbids (B-63324EN, 15.6); None without one."""
+    return control.subroutines.labels(here.source).loops.entered(here.offset, target.offset)
 
 
 def line_of(value: float) -> int:

@@ -5,12 +5,14 @@ The text alone, and not the run, decides which DO an END closes: a jump may leav
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterable
 
 from cncgen.gcode.errors import BlockError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from cncgen.gcode.block import Value
     from cncgen.gcode.flow.o_words import FlowControl
     from cncgen.gcode.text.labels import Cursor
     from cncgen.gcode.text.marked_lines import Marked
@@ -28,6 +30,8 @@ class Loops:
         self.partner: dict[int, Marked] = {}
         self.faults: dict[int, BlockError] = {}
         self._open: list[Marked] = []
+        #: All DO of a number, in order.
+        self._begins: dict[Value | str, list[Marked]] = {}
         #: Loops that an outer END went past.
         self._left: dict[object, tuple[Marked, Marked]] = {}
         for mark in marks:
@@ -50,6 +54,18 @@ class Loops:
                 hint=f"give the inner loop another number, or close the outer one before it by END {number}",
             )
         self._open.append(mark)
+        self._begins.setdefault(mark.label, []).append(mark)
+
+    def entered(self, here: int, there: int) -> Marked | None:
+        """Return the DO of a loop around the line at `there` and not around the one at `here`, which leads there; None without one."""
+        for begins in self._begins.values():
+            # Loops of one number do not stand within one another.
+            k = bisect_left(begins, there, key=lambda mark: mark.cursor.offset) - 1
+            end = self.partner.get(begins[k].cursor.offset) if k >= 0 else None
+            last = end.cursor.offset if end is not None else -1
+            if there <= last and not begins[k].cursor.offset < here <= last:
+                return begins[k]
+        return None
 
     def _end(self, mark: Marked) -> None:
         place = next((k for k in reversed(range(len(self._open))) if self._open[k].label == mark.label), None)
