@@ -32,6 +32,7 @@ cdef class Instructions:
     cdef unsigned char taken[200]
     cdef public Py_ssize_t blocks
     cdef list frames
+    cdef Py_ssize_t first
     cdef Py_ssize_t words
     cdef unsigned int given
     cdef int flags
@@ -40,6 +41,4 @@ cdef class Instructions:
     cdef bint holds
     cdef int arguments
     cdef int execute(self, Py_ssize_t r) except? -2
-    cdef bint has_words(self) noexcept
-    cdef Py_ssize_t first_word(self) noexcept
     cdef int end_block(self, Py_ssize_t r) except -1

@@ -14,7 +14,7 @@ from cython.cimports.cncgen.kernels.gcode_codes import (
 )  # fmt: skip
 from cython.cimports.cncgen.kernels.gcode_rows import Rows
 from cython.cimports.cncgen.kernels.language_store import LanguageStore
-from cython.cimports.libc.math import floor, isfinite
+from cython.cimports.libc.math import isfinite
 
 #: Flags of a block (`gcode_scan`).
 _COMMENT = cython.declare(cython.int, 2)
@@ -42,7 +42,7 @@ class Instructions:
 
     Attributes:
         blocks: How many blocks stand in the columns.
-        words: Where the next word goes.
+        first, words: Where the first word of the line goes, and where the next one.
         flags: Of the block of the line.
         given: The letters of its words, as bits.
         stack, depth: Values, and how many of them wait.
@@ -70,7 +70,7 @@ class Instructions:
         self.block_line, self.block_offset, self.block_flags = columns[:3]
         self.word_end, self.letters, self.values = columns[3:]
         self.frames = [] if frames is None else frames
-        self.blocks = self.words = 0
+        self.blocks = self.words = self.first = 0
 
     @cython.cfunc
     @cython.exceptval(-2, check=True)
@@ -92,11 +92,7 @@ class Instructions:
         while certain:
             operation, operand = self.code[at] & 255, self.code[at] >> 8
             at += 1
-            if operation == WORD:
-                certain = _word(self, operand, _pop(self))
-            elif operation == END:
-                return _end_of_line(self)
-            elif operation <= MOST_VALUE:
+            if operation <= MOST_VALUE and operation != END:
                 value = (
                     self.constants[first + operand]
                     if operation == NUMBER
@@ -107,6 +103,10 @@ class Instructions:
                 if certain:
                     self.stack[self.depth] = value
                     self.depth += 1
+            elif operation == WORD:
+                certain = _word(self, operand, _pop(self))
+            elif operation == END:
+                return _end_of_line(self)
             elif operation == COMMENT:
                 self.flags |= _COMMENT
                 at += 1
@@ -128,24 +128,12 @@ class Instructions:
         return UNCERTAIN
 
     @cython.cfunc
-    @cython.exceptval(check=False)
-    def has_words(self) -> cython.bint:
-        """Tell whether the line has given words."""
-        return self.words > self.first_word()
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def first_word(self) -> cython.Py_ssize_t:
-        """Return the place in the columns of the line's first word."""
-        return self.word_end[self.blocks - 1] if self.blocks > 0 else 0
-
-    @cython.cfunc
     @cython.exceptval(-1, check=False)
     def end_block(self, r: cython.Py_ssize_t) -> cython.int:
         """Do the settings of a line, and make a block of its words."""
         if self.store.settings:
             self.store.end()
-        if self.has_words() or self.flags & _COMMENT:
+        if self.words > self.first or self.flags & _COMMENT:
             self.block_line[self.blocks] = self.kept[r, NUMBER_OF_LINE]
             self.block_offset[self.blocks] = self.kept[r, AT]
             self.block_flags[self.blocks] = self.flags
@@ -238,7 +226,7 @@ def _flow_of(line: Instructions, keyword: cython.int, at: cython.Py_ssize_t) -> 
     if (
         keyword <= PROGRAM
         or line.store.settings
-        or line.has_words()
+        or line.words > line.first
         or (keyword == WHILE_DO and not _is_last(line, at + 1))
     ):
         return UNCERTAIN
@@ -263,6 +251,7 @@ def _is_last(line: Instructions, at: cython.Py_ssize_t) -> cython.bint:
 def _word(line: Instructions, letter: cython.int, value: cython.double) -> cython.bint:
     """Put a word into the columns; tell whether it is taken: a letter that no machine's table hangs on, once, its value in range."""
     bit: cython.uint
+    code: cython.int
     if not 97 <= letter <= 122 or line.words >= line.letters.shape[0]:
         return False
     bit = cython.cast(cython.uint, 1) << (letter - 97)
@@ -274,9 +263,8 @@ def _word(line: Instructions, letter: cython.int, value: cython.double) -> cytho
     ):
         return False
     if letter == 103 or letter == 109:
-        if not 0.0 <= value < _MOST_CODE or value != floor(value):
-            return False
-        if not _takes(line, letter, cython.cast(cython.int, value)):
+        code = cython.cast(cython.int, value)
+        if not 0.0 <= value < _MOST_CODE or value != code or not _takes(line, letter, code):
             return False
     else:
         line.given |= bit
@@ -305,7 +293,7 @@ def _takes(line: Instructions, letter: cython.int, number: cython.int) -> cython
 @cython.exceptval(check=False)
 def _end_of_line(line: Instructions) -> cython.int:
     """Return the kind of a line without a jump."""
-    if line.passed and not (line.has_words() or line.store.settings):
+    if line.passed and line.words == line.first and not line.store.settings:
         # A comment beside that number alone is not told.
         line.flags = 0
     return NUMBERED_CALL if line.called else PLAIN_LINE

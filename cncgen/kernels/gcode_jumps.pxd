@@ -45,7 +45,7 @@ cdef class Jumps(Instructions):
     @cython.final
     cdef bint _return(self, Frame frame, double result) except -1
     @cython.final
-    cdef void _end_call(self, Py_ssize_t r, Py_ssize_t first) except *
+    cdef void _end_call(self, Py_ssize_t r) except *
     @cython.final
     cdef void _go_to_place(self, place) except *
     @cython.final

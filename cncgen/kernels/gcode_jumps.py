@@ -230,7 +230,7 @@ class Jumps(Instructions):
     @cython.exceptval(-1, check=False)
     def _call_program(self, r: cython.Py_ssize_t) -> cython.bint:
         """Follow M98 or G65, whose words stand behind those in the columns; tell whether it is certain where that leads."""
-        first: cython.Py_ssize_t = self.first_word()
+        first: cython.Py_ssize_t = self.first
         last: cython.Py_ssize_t = self.words
         number: cython.double = -1.0
         times: cython.double = 1.0
@@ -266,7 +266,7 @@ class Jumps(Instructions):
             if begin is None:
                 return False
             self.store.ways[number] = begin
-        self._end_call(r, first)
+        self._end_call(r)
         frame: Frame = self._begin(r, number, _MACRO_LOCALS if macro else 0)
         frame.again = (begin, cython.cast(cython.int, times) - 1)
         if macro:
@@ -284,8 +284,7 @@ class Jumps(Instructions):
     @cython.exceptval(-1, check=False)
     def _end_program(self, r: cython.Py_ssize_t) -> cython.bint:
         """Follow M99 by itself: end the program that was called, or its present round; tell whether it is certain where that leads."""
-        first: cython.Py_ssize_t = self.first_word()
-        if not self.frames or self.words > first + 1:
+        if not self.frames or self.words > self.first + 1:
             return False
         frame: Frame = self.frames[len(self.frames) - 1]
         if frame.again is None or frame.restore or frame.modal:
@@ -293,7 +292,7 @@ class Jumps(Instructions):
         begin, left = frame.again
         if left > 0 and frame.values is not None:
             return False
-        self._end_call(r, first)
+        self._end_call(r)
         if left == 0:
             return self._return(frame, _NAN)
         frame.again = (begin, left - 1)
@@ -338,9 +337,9 @@ class Jumps(Instructions):
     @cython.cfunc
     @cython.final
     @cython.exceptval(check=True)
-    def _end_call(self, r: cython.Py_ssize_t, first: cython.Py_ssize_t) -> cython.void:
-        """Do the settings of a line with a call, whose words are from `first` on; its comment is a block, but beside G65."""
-        self.words = first
+    def _end_call(self, r: cython.Py_ssize_t) -> cython.void:
+        """Do the settings of a line with a call, whose words are no block; its comment is a block, but beside G65."""
+        self.words = self.first
         if self.called == CALLS_MACRO:
             self.flags = 0
         self.end_block(r)

@@ -90,11 +90,11 @@ class Computer(Jumps):
             self.language is not None and self.language.leads is not None
         )
         r = self.rows.at(offset, line)
+        outside = self._is_outside()
         while r >= 0 and self.blocks < self.block_line.shape[0] and self.lines < most:
             offset, line, after = self.kept[r, AT], self.kept[r, NUMBER_OF_LINE], self.kept[r, AFTER]
-            outside = self._is_outside()
             self.rows.last = r
-            self.words = self.first_word()
+            self.first = self.words = self.word_end[self.blocks - 1] if self.blocks > 0 else 0
             self.next_line = line + 1
             kind = self.execute(r)
             if kind == PLAIN_LINE:
@@ -109,6 +109,7 @@ class Computer(Jumps):
                     self._reach(after, line + 1)
                 if self.away is not None:
                     break
+                outside = self._is_outside()
             self.ran, self.ran_line = offset, line
             if self.next < 0:
                 # The end of the text.
@@ -118,7 +119,7 @@ class Computer(Jumps):
                     self.back = (offset, line)
                 offset, line = self.kept[self.next, AT], self.kept[self.next, NUMBER_OF_LINE]
             r = self.next
-            if self._is_outside():
+            if outside:
                 self._reach(offset, line)
             if self.back is not None:
                 break
