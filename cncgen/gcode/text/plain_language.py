@@ -492,8 +492,8 @@ def _surface_line(*words: Raw) -> Statement:
 
 def _tool_number(text: str) -> float:
     """Return the number of a tool, with the index behind its point."""
-    found = number(text)
-    return float(_whole(text)) if found.is_integer() else found
+    whole, found = _whole(text), number(text)
+    return float(whole) if whole == found else found
 
 
 def _tool_axis(letter: str) -> Raw:
