@@ -206,15 +206,18 @@ def _break_text(found: Sequence[Mapping[str, Any]]) -> str:
     return ", ".join(words) or "none"
 
 
-def _spread_cells(found: Mapping[str, Any]) -> list[str]:
+def _spread_cells(found: Mapping[str, Any]) -> dict[str, str]:
     """Return the interval and the worst of the largest contour error over drawn machines; an unstable one has no number."""
+    share, error = (100.0 * found[key] for key in ("interval_share", "interval_share_error"))
+    interval = worst = "-"
     errors = found.get("contour_error_max_mm")
-    if errors is None:
-        return ["-", "-"]
-    low, high, worst = (
-        "unstable" if errors[key] is None else number(errors[key], 1000) for key in ("low", "high", "worst")
-    )
-    return [f"{low} to {high}", worst]
+    if errors is not None:
+        low, high, worst = (
+            "unstable" if errors[key] is None else number(errors[key], 1000)
+            for key in ("low", "high", "worst")
+        )
+        interval = f"{low} to {high}"
+    return {f"drawn {share:g} ± {error:.1f} % µm": interval, "worst µm": worst}
 
 
 def _breaks(
@@ -226,43 +229,35 @@ def _breaks(
     return broken_values(breaks(limits, head.axes, command, head.period_s))
 
 
+def _controller_cells(summary: Mapping[str, Any], against: str) -> dict[str, str]:
+    """Return the cells of a controller's row by their headings; `against` is that of the errors against a reference."""
+    axes = summary["axes"]
+    cells = {"controller": summary["controller"]}
+    for kind in ("max", "rms"):
+        cells[f"contour {kind} µm"] = number(summary[f"contour_error_{kind}_mm"], 1000)
+    if "reference" in summary:
+        cells[against] = number(summary["reference"]["contour_error_max_mm"], 1000)
+    if "perturbed" in summary:
+        cells |= _spread_cells(summary["perturbed"])
+    for letter, axis in axes.items():
+        unit = file_unit(letter)
+        shown = "µm" if unit == "mm" else "mdeg"
+        cells[f"{letter.upper()} tracking rms {shown}"] = number(axis[f"tracking_rms_{unit}"], 1000)
+    cells["speed variation mm/s"] = number(summary["speed_variation_mm_s"])
+    for letter, axis in axes.items():
+        cells[f"{letter.upper()} effort {axis['force_unit']}".strip()] = number(axis["force_max"])
+    cells["saturated"] = str(summary["saturated_samples"])
+    if "breaks" in summary:
+        cells["breaks"] = _break_text(summary["breaks"])
+    return cells
+
+
 def controller_table(summaries: Sequence[Mapping[str, Any]], against_program: bool = True) -> str:
     """Return contour error, tracking errors, speed variation, effort, saturation and broken limits of each controller."""
-    whole = [s for s in summaries if "fault" not in s]
-    letters = list(whole[0]["axes"]) if whole else []
-    against = bool(whole) and "reference" in whole[0]
-    limited = bool(whole) and "breaks" in whole[0]
-    spread = bool(whole) and "perturbed" in whole[0]
-    header = ["controller", "contour max µm", "contour rms µm"]
-    header += ["from the program µm" if against_program else _AGAINST] if against else []
-    if spread:
-        share, error = (
-            100.0 * whole[0]["perturbed"][key] for key in ("interval_share", "interval_share_error")
-        )
-        header += [f"drawn {share:g} ± {error:.1f} % µm", "worst µm"]
-    header += [f"{k.upper()} tracking rms {'µm' if file_unit(k) == 'mm' else 'mdeg'}" for k in letters]
-    header += ["speed variation mm/s"]
-    header += [f"{k.upper()} effort {whole[0]['axes'][k]['force_unit']}".strip() for k in letters]
-    header += ["saturated", *(["breaks"] if limited else [])]
-    rows = []
-    for s in summaries:
-        if "fault" in s:
-            rows.append([s["controller"], *["-"] * (len(header) - 1)])
-            continue
-        tracking = [number(s["axes"][k][f"tracking_rms_{file_unit(k)}"], 1000) for k in letters]
-        contour = [number(s[f"contour_error_{kind}_mm"], 1000) for kind in ("max", "rms")]
-        rows.append(
-            [
-                s["controller"],
-                *contour,
-                *([number(s["reference"]["contour_error_max_mm"], 1000)] if against else []),
-                *(_spread_cells(s["perturbed"]) if spread else []),
-                *tracking,
-                number(s["speed_variation_mm_s"]),
-                *(number(s["axes"][k]["force_max"]) for k in letters),
-                str(s["saturated_samples"]),
-                *([_break_text(s["breaks"])] if limited else []),
-            ]
-        )
+    against = "from the program µm" if against_program else _AGAINST
+    rows = [
+        {"controller": s["controller"]} if "fault" in s else _controller_cells(s, against) for s in summaries
+    ]
+    header = list(max(rows, key=len, default={"controller": ""}))
     faults = [f"  {s['fault']}\n" for s in summaries if "fault" in s]
-    return text_table(header, rows) + "".join(faults)
+    return text_table(header, [[row.get(k, "-") for k in header] for row in rows]) + "".join(faults)

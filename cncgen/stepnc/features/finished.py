@@ -18,6 +18,7 @@ from cncgen.stepnc.features.job import Job
 from cncgen.stepnc.features.offsets import OffsetError
 from cncgen.stepnc.geometry import profile_shapes
 from cncgen.stepnc.geometry.frames import Matrix
+from cncgen.stepnc.geometry.pieces import Piece
 from cncgen.stepnc.model import Feature, Workingstep
 from cncgen.stepnc.part21 import Exchange
 
@@ -31,6 +32,8 @@ BEYOND = 1e3
 #: Nothing is demanded of material so near to a wall, mm: a place on the wall itself may be told to stand or to go.
 NEAR_WALL = 0.01
 _HOLE_KINDS = ("round hole", "thread")
+#: Operations that clear a hole as wide as their tool, without going round.
+_DRILLING = ("drilling", "multistep drilling", "boring", "reaming")
 _AROUND = ("general outside profile", "boss")
 _AREAS = ("planar face", "closed pocket", "open pocket", "slot", "step")
 
@@ -206,39 +209,31 @@ def _hole(job: Job, frame: Matrix, over: float) -> Cavity:
     radius = (shape.diameter or 0.0) / 2
     if kind == "tapping":
         radius = max(radius, job.radius)
-    if kind != "tapping" and shape.thread is not None:
+    elif shape.thread is not None:
         radius = max(radius, shape.thread / 2)
     if shape.slope < 0 or radius <= 0:
         raise Skip
     depth = (shape.depth or 0.0) + (over if shape.bottom in ("", "through") else 0.0)
-    deeper, cylinder = 0.0, 0.0
+    cone = 0.0
     if shape.bottom == "conical" and shape.bottom_angle:
-        deeper = radius / math.tan(shape.bottom_angle / 2)
-    elif shape.bottom == "spherical" and shape.bottom_radius:
-        cylinder = shape.bottom_radius
-    if not kind.startswith(("bottom", "side")):
+        cone = radius / math.tan(shape.bottom_angle / 2)
+    if kind.startswith(("bottom", "side")):
+        depth += (shape.bottom_radius or 0.0) if shape.bottom == "spherical" else 0.0
+    else:
         # `stepnc-tip` reports a drill whose point differs from the bottom.
-        depth, cylinder = (
-            max(depth, job.value("cutting_depth", 0.0) + over),
-            max(deeper, tip_length(job.tool)),
-        )
-        deeper = 0.0
-    depth += cylinder
+        depth = max(depth, job.value("cutting_depth", 0.0) + over) + max(cone, tip_length(job.tool))
+        cone = 0.0
     region = offsets.polygon_of([profile_shapes.circle(2 * radius)])
-    whole = Cavity(frame, region, depth, shape.slope, tip=(deeper, radius))
-    plain = kind in ("drilling", "multistep drilling", "boring", "reaming") or kind.startswith(
-        "bottom and side"
-    )
+    whole = Cavity(frame, region, depth, shape.slope, tip=(cone, radius))
+    drills = kind in _DRILLING
     # A milled thread leaves its ridges, which a height field does not have.
-    plain = plain and (
-        shape.thread is None or (kind != "thread drilling" and not kind.startswith(("bottom", "side")))
-    )
-    if plain and not _allowances(job) and shape.slope == 0 and job.value("cutting_depth", 0.0) == 0:
-        reached = min(job.radius, radius) if not kind.startswith("bottom") else radius - job.tool.edge
-        circle = offsets.polygon_of([profile_shapes.circle(2 * reached)])
-        if shape.bottom in ("", "flat", "through") or not kind.startswith("bottom"):
-            return replace(whole, demands=circle.buffer(-NEAR_WALL), demanded=shape.depth or 0.0)
-    return whole
+    mills = kind.startswith("bottom and side") and shape.thread is None
+    level = drills or (mills and shape.bottom in ("", "flat", "through"))
+    if not level or _allowances(job) or shape.slope != 0 or job.value("cutting_depth", 0.0) != 0:
+        return whole
+    reached = min(job.radius, radius) if drills else radius - job.tool.edge
+    circle = offsets.polygon_of([profile_shapes.circle(2 * reached)])
+    return replace(whole, demands=circle.buffer(-NEAR_WALL), demanded=shape.depth or 0.0)
 
 
 def _around(job: Job, frame: Matrix, over: float) -> Cavity:
@@ -253,20 +248,26 @@ def _around(job: Job, frame: Matrix, over: float) -> Cavity:
     return Cavity(frame, region, (job.shape.depth or 0.0) + over, 0.0, boss)
 
 
+def _slot(job: Job, over: float) -> tuple[Job, list[Piece] | None]:
+    """Return a slot as a pocket, as far as a round tool goes to clear it, its radius beyond the ends; and its own outline."""
+    course, width = slot._course(job)
+    ends = tuple("radiused" if end not in ("open", "flat") else end for end in (*job.shape.ends, "", "")[:2])
+    shape = replace(job.shape, ends=ends)
+
+    def pocket(beyond: float) -> Job:
+        values = {**job.operation.values, "overcut_length": beyond}
+        longer = replace(job, shape=shape, operation=replace(job.operation, values=values))
+        return slot._as_pocket(longer, course, width)
+
+    return pocket(over + job.radius), pocket(1e-3 - job.radius).shape.outline
+
+
 def _area(job: Job, kind: str, frame: Matrix, over: float) -> Cavity:
     """Return a pocket, slot, step or face, grown over its open sides."""
     shape, through = job.shape, job.shape.bottom == "through"
     own = None
     if kind == "slot":
-        # A round tool goes its radius beyond the end of the strip that it is to clear.
-        values = {**job.operation.values, "overcut_length": over + job.radius}
-        longer = replace(job, operation=replace(job.operation, values=values))
-        ends = tuple("radiused" if end not in ("open", "flat") else end for end in (*shape.ends, "", "")[:2])
-        longer = replace(longer, shape=replace(shape, ends=ends))
-        values = {**job.operation.values, "overcut_length": 1e-3 - job.radius}
-        itself = replace(longer, operation=replace(job.operation, values=values))
-        own = slot._as_pocket(itself, *slot._course(job)).shape.outline
-        job = slot._as_pocket(longer, *slot._course(job))
+        job, own = _slot(job, over)
     elif kind == "step":
         job = slot._step_as_pocket(job)
     outline = job.shape.outline
