@@ -193,52 +193,61 @@ class Chain:
 
     def _on(self, part: _Part, element: Element) -> Iterator[_Part]:
         """Yield the solutions with the next element."""
-        if element.values.get("CLSD") == 1.0 and part.start is not None and not part.open:
-            part = replace(part, closing=part.start)
         if not part.open:
-            words = self._words(element, part, part.start, part.heading)
-            curves = words.curves(part.start, part.heading)
-            for curve in curves:
-                yield from words.ended(part, curve)
-            if not curves:
-                yield replace(part, open=((element, None),))
+            if element.values.get("CLSD") == 1.0 and part.start is not None:
+                part = replace(part, closing=part.start)
+            yield from self._from_known(part, element)
             return
-        before, open_curve = part.open[0]
         assert part.start is not None
-        if open_curve is None:
-            # A line in an unknown direction, which touches the circle that follows.
-            words = self._words(element, part, None, None)
-            for own in (
-                words.curves(None, None)
-                if len(part.open) == 1 and element.tangential and not before.arc
-                else ()
-            ):
-                line = _tangent_line(Curve(part.start), own)
-                place = _touching(line, own) if line is not None else None
-                if line is not None and place is not None and _leads(line, part.start, place):
-                    yield from words.ended(part.closed(line, place), own)
-            return
-        curve = open_curve
-        # An arc has its direction at its end alone, a line has it everywhere.
-        heading = None if curve.radius else curve.way
+        before, curve = part.open[0]
         if len(part.open) == 1:
-            words = self._words(element, part, None, heading)
-            given = words.curves(None, heading if not element.tangential else None)
-            found = [*given, *(words.touching(curve) if element.tangential and not given else ())]
-            for one in found:
-                for place in self._junctions(curve, one, element.tangential, part.start):
-                    yield from words.ended(part.closed(curve, place), one)
-            if not found and element.tangential:
-                yield replace(part, open=(*part.open, (element, None)))
-            return
-        middle = part.open[1][0]
-        if len(part.open) > 2 or not element.tangential:
-            return
+            if curve is not None:
+                yield from self._from_curve(part, curve, element)
+            elif element.tangential and not before.arc:
+                yield from self._from_line(part, part.start, element)
+        elif len(part.open) == 2 and curve is not None and element.tangential:
+            yield from self._over_middle(part, part.start, curve, element)
+
+    def _from_known(self, part: _Part, element: Element) -> Iterator[_Part]:
+        """Yield the solutions with an element whose begin is known; where its curve is not, it stays open."""
+        words = self._words(element, part, part.start, part.heading)
+        curves = words.curves(part.start, part.heading)
+        for curve in curves:
+            yield from words.ended(part, curve)
+        if not curves:
+            yield replace(part, open=((element, None),))
+
+    def _from_line(self, part: _Part, start: complex, element: Element) -> Iterator[_Part]:
+        """Yield the solutions with the element after a line in an unknown direction, which touches it."""
         words = self._words(element, part, None, None)
         for own in words.curves(None, None):
-            for between in _between(curve, own, middle):
+            line = _tangent_line(Curve(start), own)
+            place = _touching(line, own) if line is not None else None
+            if line is not None and place is not None and _leads(line, start, place):
+                yield from words.ended(part.closed(line, place), own)
+
+    def _from_curve(self, part: _Part, curve: Curve, element: Element) -> Iterator[_Part]:
+        """Yield the solutions with the element after one whose end alone is open; where its curve touches and is not known, it is open too."""
+        assert part.start is not None
+        # An arc has its direction at its end alone, a line has it everywhere.
+        heading = None if curve.radius else curve.way
+        words = self._words(element, part, None, heading)
+        found = words.curves(None, heading if not element.tangential else None)
+        if not found and element.tangential:
+            found = words.touching(curve)
+        for one in found:
+            for place in self._junctions(curve, one, element.tangential, part.start):
+                yield from words.ended(part.closed(curve, place), one)
+        if not found and element.tangential:
+            yield replace(part, open=(*part.open, (element, None)))
+
+    def _over_middle(self, part: _Part, start: complex, curve: Curve, element: Element) -> Iterator[_Part]:
+        """Yield the solutions with the element after two open ones, of which the second touches both others."""
+        words = self._words(element, part, None, None)
+        for own in words.curves(None, None):
+            for between in _between(curve, own, part.open[1][0]):
                 begin, touched = _touching(curve, between), _touching(between, own)
-                if begin is None or touched is None or not _leads(curve, part.start, begin):
+                if begin is None or touched is None or not _leads(curve, start, begin):
                     continue
                 if between.radius or _leads(between, begin, touched):
                     yield from words.ended(part.closed(curve, begin).closed(between, touched), own)

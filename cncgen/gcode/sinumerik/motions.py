@@ -48,6 +48,8 @@ from cncgen.gcode.text.labels import Cursor
 MODES = ("AC", "IC", "DC", "ACP", "ACN")
 #: Those of X, and the part of the value that counts: diameters and radii whatever is in force (840D sl, Fundamentals, "DAC, DIC, RAC, RIC").
 _OF_X = {"DAC": 0.5, "DIC": 0.5, "RAC": 1.0, "RIC": 1.0}
+#: Those that are not read.
+_UNREAD_MODES = ("CAC", "CIC", "CDC", "CACP", "CACN", "QU", "HF")
 _STEPS = ("IC", "DIC", "RIC")
 #: Motions: their number among the interpreter's codes; others are worked out here.
 _MOTIONS = {0: "G0", 1: "G1", 2: "G2", 3: "G3", 33: "G33", 331: "G331", 332: "G332"}
@@ -381,43 +383,32 @@ class Motions:
             # PO[X]=(5) is a line of that axis.
             self._polynomial(at[0], (node,), words)
             return
-        mode = ""
-        function = node.name if isinstance(node, Function) else ""
-        if isinstance(node, Function) and function in (*MODES, *_OF_X) and len(node.arguments) == 1:
-            mode, node = function, node.arguments[0] or 0.0
-            if function in _OF_X and (name != "X" or at):
-                message = f"{name}={function}(...): diameters and radii are of X"
-                raise BlockError("axis-mode", message, name, hint="AC() or IC()")
-        elif function in ("CAC", "CIC", "CDC", "CACP", "CACN", "QU", "HF"):
-            message = f"{function}() is not read"
-            raise BlockError("not-read", message, function, hint="AC, IC, DC, ACP and ACN are")
-        elif frame_variables.is_frame(node):
+        mode, node = _mode_of(name, at, node)
+        if not mode and frame_variables.is_frame(node):
             frame_variables.set_frame(self, name, at, node)
             return
-        if (
-            not at
-            and (name in commands.NAMED or (len(name) == 1 and name in "GMFSTDHIJKLP" + AXES.upper()))
-            and not self.store.has(name)
-        ):
-            value = evaluate(node, self.store)
-            if isinstance(value, str):
-                words.texts[name] = value
-            elif name in ("G", "M", "L") or (name in AXES.upper() and not mode):
-                self._word(name, value, words)
-            elif name in AXES.upper():
-                _once(words.axes, name, (mode, value))
-            else:
-                _once(words.named, name, (mode, value))
-            return
-        if name in commands.INDEXED and len(at) == 1 and not self.store.has(name):
+        own = self.store.has(name)
+        if not at and not own and _is_word(name):
+            self._set_word(name, mode, evaluate(node, self.store), words)
+        elif len(at) == 1 and not own and name in commands.INDEXED:
             commands.INDEXED[name](self, words, name, at[0], mode, number(evaluate(node, self.store)))
-            return
-        if mode:
+        elif mode:
             message = f"{name}={mode}(...): {name} is not an axis"
             raise BlockError("variable-unknown", message, name, hint="axes are X Y Z A B C U V W")
-        if not self.store.has(name):
-            commands.check_name(name)
-        self.assign(name, at, evaluate(node, self.store))
+        else:
+            if not own:
+                commands.check_name(name)
+            self.assign(name, at, evaluate(node, self.store))
+
+    def _set_word(self, name: str, mode: str, value: Scalar, words: Words) -> None:
+        """Take a word that is written NAME=value."""
+        axis = name in AXES.upper()
+        if isinstance(value, str):
+            words.texts[name] = value
+        elif name in ("G", "M", "L") or (axis and not mode):
+            self._word(name, value, words)
+        else:
+            _once(words.axes if axis else words.named, name, (mode, value))
 
     # Calls.
 
@@ -720,6 +711,30 @@ class Motions:
             message = f"{left} stands in a block with nothing that uses it"
             hint = "is it of another motion, or a variable without DEF?"
             raise BlockError("unused-word", message, left, hint=hint)
+
+
+def _mode_of(name: str, at: Sequence[Scalar], node: Value) -> tuple[str, Value]:
+    """Return the mode of a value, as AC of X=AC(5), "" for none, and the value itself.
+
+    Raises:
+        BlockError: The mode is not read, or is of diameters and `name` is not X.
+    """
+    function = node.name if isinstance(node, Function) else ""
+    if isinstance(node, Function) and function in (*MODES, *_OF_X) and len(node.arguments) == 1:
+        if function in _OF_X and (name != "X" or at):
+            message = f"{name}={function}(...): diameters and radii are of X"
+            raise BlockError("axis-mode", message, name, hint="AC() or IC()")
+        return function, node.arguments[0] or 0.0
+    if function in _UNREAD_MODES:
+        raise BlockError(
+            "not-read", f"{function}() is not read", function, hint="AC, IC, DC, ACP and ACN are"
+        )
+    return "", node
+
+
+def _is_word(name: str) -> bool:
+    """Tell whether a name is one of a word, unless a program has a variable of that name."""
+    return name in commands.NAMED or (len(name) == 1 and name in "GMFSTDHIJKLP" + AXES.upper())
 
 
 def _once(words: dict[str, tuple[str, float]], name: str, value: tuple[str, float]) -> None:
