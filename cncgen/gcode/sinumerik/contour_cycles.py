@@ -8,7 +8,8 @@ own choice.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.lathe_fanuc import Turning
@@ -83,21 +84,45 @@ def call(motions: Motions, name: str, values: Values) -> None:
     raise BlockError("cycle-words", message, name, hint=hint)
 
 
+class _Variant(NamedTuple):
+    """VARI of CYCLE72 by its digits: roughs or finishes, how the tool goes to the next level and how far up between, and backwards."""
+
+    rough: bool
+    between_at_feed: bool
+    up: int
+    reverse: bool
+
+    @classmethod
+    def of(cls, name: str, vari: float, side: int, more: bool) -> _Variant:
+        """Return what a value says.
+
+        Args:
+            name: Of the cycle.
+            vari, side: VARI and RL.
+            more: Whether the cycle has a parameter behind LP2.
+
+        Raises:
+            BlockError: One of them is not read.
+        """
+        digits, kind, between = round(vari), round(vari) % 10, round(vari) // 10 % 10
+        up, reverse = round(vari) % 10_000 // 100, round(vari) // 10_000
+        wrong = more or kind not in (1, 2) or between not in (0, 1) or not 0 <= up <= 3 or digits < 0
+        # Whether the side of a contour that is milled backwards is that of its own direction, no text says.
+        wrong |= side not in (40, 41, 42) or reverse not in (0, 1) or (reverse == 1 and side != 40)
+        message = f"VARI = {vari:g}, RL = {side} or a parameter behind LP2 of {name} is not read"
+        hint = "VARI is 1 or 2, 10 more for G1 between, 0 to 300 more for the way up, 10000 more for backwards with RL = 40; RL is 40, 41 or 42"
+        refuse(name, (wrong, "not-read", message, hint))
+        return cls(kind == 1, between == 1, up, reverse == 1)
+
+
 def mill(motions: Motions, name: str, values: Values) -> None:
     """CYCLE72(KNAME, RTP, RFP, SDIS, DP, MID, FAL, FALD, FFP1, FFD, VARI, RL, AS1, LP1, FF3, AS2, LP2), then UMODE FS ZFS GMODE DMODE AMODE."""
     v = [0.0, *(filled(values, k) for k in range(1, 17))]
-    modes = MillingModes.of(motions, name, values, 20)
-    vari, side = round(v[10]) % 10_000, round(v[11])
-    # Whether the side of a contour that is milled backwards is that of its own direction, no text says.
-    reverse = round(v[10]) // 10_000
-    wrong = vari % 10 not in (1, 2) or vari // 10 % 10 > 1 or vari >= 400 or side not in (40, 41, 42)
-    wrong |= reverse not in (0, 1) or (reverse == 1 and side != 40)
-    message = f"VARI = {v[10]:g}, RL = {side} or a parameter behind LP2 of {name} is not read"
-    hint = "VARI is 1 or 2, 10 more for G1 between, 0 to 300 more for the way up, 10000 more for backwards with RL = 40; RL is 40, 41 or 42"
-    refuse(name, (wrong or filled(values, 17) != 0.0, "not-read", message, hint))
+    modes, side = MillingModes.of(motions, name, values, 20), round(v[11])
+    variant = _Variant.of(name, v[10], side, filled(values, 17) != 0.0)
     depth = given(values, 4)
     hole = Hole.of(motions, name, [v[1], v[2], v[3], None if depth is None else modes.depth_of(depth, v[2])])
-    ip, rough = motions.ip, vari % 10 == 1
+    ip = motions.ip
     radius = ip.cutting_radius(name) if side != 40 else 0.0
     before = ip.state.feed
     feed, plunge, between = v[8] or before, v[9] or v[8] or before, v[14] or v[8] or before
@@ -105,19 +130,19 @@ def mill(motions: Motions, name: str, values: Values) -> None:
         message = f"{name} has no feed FFP1, or with RL = {side} a tool without a radius"
         raise BlockError("cycle-tool", message, name, hint="--tool-table gives the diameter of the tool")
     contour = _contour(motions, name, values, 1)[1:]
-    contour = backwards(contour) if reverse else contour
-    left = side == 41
-    path = contour if side == 40 else moved_aside(contour, radius + (v[6] if rough else 0.0), left)
+    contour = backwards(contour) if variant.reverse else contour
+    aside, deep = (v[6], v[7]) if variant.rough else (0.0, 0.0)
+    path = contour if side == 40 else moved_aside(contour, radius + aside, side == 41)
     spin = 1 if side != 42 else -1
     on = _way(path[0], v[12] or 1.0, spin * abs(v[13]), name, leaving=False)
     off = _way(path[-1], v[15] or 1.0, spin * abs(v[16]), name, leaving=True)
     hole.go(max(hole.back, ip.state.position[motions.plane()[2]]), rapid=True)
-    steps = levels_of(hole.reference, hole.depth + (v[7] if rough else 0.0), v[5], name)
+    steps = levels_of(hole.reference, hole.depth + deep, v[5], name)
     for k, level in enumerate(steps):
-        rapid = k == 0 or vari // 10 % 10 == 0
+        rapid = k == 0 or not variant.between_at_feed
         hole.feed(None if rapid else between)
         follow(motions, on.start, rapid=rapid)
-        if k == 0 or vari // 100 < 2:
+        if k == 0 or variant.up < 2:
             hole.go(hole.start, rapid=True)
         hole.feed(plunge)
         hole.go(level, rapid=False)
@@ -126,8 +151,8 @@ def mill(motions: Motions, name: str, values: Values) -> None:
             follow(motions, segment.end, segment.centre, segment.spin)
         hole.feed(between)
         follow(motions, off.end, off.centre, off.spin)
-        if level != steps[-1] and vari // 100 < 3:
-            hole.go((hole.back, hole.start, level + abs(v[3]))[vari // 100], rapid=True)
+        if level != steps[-1] and variant.up < 3:
+            hole.go((hole.back, hole.start, level + abs(v[3]))[variant.up], rapid=True)
     hole.go(hole.back, rapid=True)
     hole.feed(before)
 
@@ -140,58 +165,97 @@ def turn(motions: Motions, name: str, values: Values) -> None:
     v = [0.0, *(filled(values, k) for k in range(1, 12))]
     vari, ip = round(v[8]) % 200, motions.ip
     kinds = 1 <= vari <= 12 and round(v[8]) // 200 <= 1
+    roughs, finishes = not 5 <= vari <= 8, vari > 4
     faults = (
         (not kinds, f"has VARI = {v[8]:g}", "VARI is 1 to 12, or 200 more"),
         (ip.state.plane != 18, "works in the plane G18", "G18 stands before it"),
-        (vari not in range(5, 9) and v[1] <= 0.0, "has no infeed MID", "MID is the depth of a cut"),
+        (roughs and v[1] <= 0.0, "has no infeed MID", "MID is the depth of a cut"),
         (min(v[2:5]) < 0.0, "has an allowance below 0", "FALZ, FALX and FAL are without a sign"),
     )
     refuse(name, *((wrong, "cycle-words", f"{name} {what}", hint) for wrong, what, hint in faults))
-    inside, swap = (vari - 1) // 2 % 2 == 1, vari % 2 == 0
-    contour = _contour(motions, name, values, 1)[1:]
-    ends, outwards = (contour[0].start, contour[-1].end), -1.0 if inside and not swap else 1.0
-    low, high = sorted(ends, key=lambda p: (p.real if swap else p.imag) * outwards)
-    contour = contour if ends[0] == low else backwards(contour)
-    travel = (high - low).imag if swap else (high - low).real
-    across = complex(math.copysign(1.0, travel), outwards)
-    path = [segment.seen(across, swap) for segment in contour]
-    returns = not all(segment.advances() for segment in path)
-    message = f"the contour of {name} goes back along {'X' if swap else 'Z'}"
-    refuse(name, (returns, "profile-not-monotonic", message, "cut what lies behind in a cycle of its own"))
-    lift = v[11] or (_LIFT / INCH if ip.state.inches else _LIFT)
-    before, lathe = ip.state.feed, Lathe(ip, across, swap)
+    cuts = _Cuts.of(motions, name, _contour(motions, name, values, 1)[1:], vari, v[11])
+    before = ip.state.feed
     tool = ip.tools.find(ip.state.tool)
     if motions.edge and tool and tool.diameter:
         message = f"{name} turns without the radius of the tool's nose"
         hint = "G42 and the contour itself finish with it"
         ip.warn(BlockError("comp-roughing", message, name, hint=hint), Severity.WARNING)
-    if vari < 5 or vari > 8:
-        # FAL moves the contour aside, FALZ and FALX back and up.
-        back, up = (v[3], v[2]) if swap else (v[2], v[3])
-        rough = [segment.shifted(complex(-back, up)) for segment in moved_aside(path, v[4], True)]
-        top = max(p.imag for segment in rough for p in segment.extremes())
-        bottom = min(p.imag for segment in rough for p in segment.extremes())
-        check_cuts(top, bottom, v[1], name)
-        count = math.ceil((top - bottom) / v[1] - 1e-9)
+    if roughs:
         _feed(motions, v[5] or before, name)
-        kept = Turning(depth=(top - bottom) / max(count, 1), escape=lift)
-        levels(lathe, rough, complex(rough[0].start.real - lift, top), kept, False, name)
-        lathe.rapid(complex(rough[-1].end.real, top + lift))
-        lathe.rapid(complex(rough[0].start.real - lift, top + lift))
-    if vari > 4:
+        cuts.rough(v[1], v[2], v[3], v[4])
+    if finishes:
         _feed(motions, v[7] or before, name)
-        top = max(p.imag for segment in path for p in segment.extremes())
-        lathe.rapid(complex(path[0].start.real - lift, top + lift))
-        lathe.rapid(complex(path[0].start.real - lift, path[0].start.imag))
-        lathe.feed(path[0].start)
-        for segment in path:
-            lathe.follow(segment, segment.end)
-        lathe.rapid(complex(path[-1].end.real, path[-1].end.imag + lift))
-        lathe.rapid(complex(path[-1].end.real, top + lift))
-        lathe.rapid(complex(path[0].start.real - lift, top + lift))
+        cuts.finish()
     ip.state.moved = True
     if before:
         motions.emit({"f": before})
+
+
+@dataclass(frozen=True, slots=True)
+class _Cuts:
+    """The cuts of CYCLE95 along a path: its first coordinate is that of the cuts, its second leads away from the material.
+
+    Attributes:
+        swap: Whether cuts are along X.
+        lift: How far the tool lifts off.
+    """
+
+    lathe: Lathe
+    path: list[Segment]
+    swap: bool
+    lift: float
+    name: str
+
+    @classmethod
+    def of(cls, motions: Motions, name: str, contour: list[Segment], vari: int, lift: float) -> _Cuts:
+        """Return the cuts along a contour from where it is nearest to the material's middle on.
+
+        Raises:
+            BlockError: The contour goes back along the cuts.
+        """
+        inside, swap = (vari - 1) // 2 % 2 == 1, vari % 2 == 0
+        ends, outwards = (contour[0].start, contour[-1].end), -1.0 if inside and not swap else 1.0
+        low, high = sorted(ends, key=lambda p: (p.real if swap else p.imag) * outwards)
+        contour = contour if ends[0] == low else backwards(contour)
+        travel = (high - low).imag if swap else (high - low).real
+        across = complex(math.copysign(1.0, travel), outwards)
+        path = [segment.seen(across, swap) for segment in contour]
+        returns = not all(segment.advances() for segment in path)
+        message = f"the contour of {name} goes back along {'X' if swap else 'Z'}"
+        refuse(
+            name, (returns, "profile-not-monotonic", message, "cut what lies behind in a cycle of its own")
+        )
+        usual = _LIFT / INCH if motions.ip.state.inches else _LIFT
+        return cls(Lathe(motions.ip, across, swap), path, swap, lift or usual, name)
+
+    def rough(self, infeed: float, along_z: float, along_x: float, aside: float) -> None:
+        """Cut in levels, and leave allowances: FAL moves the contour aside, FALZ and FALX back and up."""
+        back, up = (along_x, along_z) if self.swap else (along_z, along_x)
+        rough = [segment.shifted(complex(-back, up)) for segment in moved_aside(self.path, aside, True)]
+        heights = [p.imag for segment in rough for p in segment.extremes()]
+        top, height = max(heights), max(heights) - min(heights)
+        check_cuts(top, min(heights), infeed, self.name)
+        count = math.ceil(height / infeed - 1e-9)
+        kept = Turning(depth=height / max(count, 1), escape=self.lift)
+        levels(self.lathe, rough, complex(rough[0].start.real - self.lift, top), kept, False, self.name)
+        self._leave(rough, top)
+
+    def finish(self) -> None:
+        """Cut once along the contour."""
+        path, lathe, before = self.path, self.lathe, self.path[0].start.real - self.lift
+        top = max(p.imag for segment in path for p in segment.extremes())
+        lathe.rapid(complex(before, top + self.lift))
+        lathe.rapid(complex(before, path[0].start.imag))
+        lathe.feed(path[0].start)
+        for segment in path:
+            lathe.follow(segment, segment.end)
+        lathe.rapid(complex(path[-1].end.real, path[-1].end.imag + self.lift))
+        self._leave(path, top)
+
+    def _leave(self, path: list[Segment], top: float) -> None:
+        """Go above all of a path, and back to before it."""
+        self.lathe.rapid(complex(path[-1].end.real, top + self.lift))
+        self.lathe.rapid(complex(path[0].start.real - self.lift, top + self.lift))
 
 
 def _feed(motions: Motions, feed: float, name: str) -> None:
