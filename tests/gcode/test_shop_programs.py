@@ -257,7 +257,10 @@ def test_tools_of_an_index_or_a_text_and_other_presets(run: Any) -> None:
     text = '0 BEGIN PGM T MM\n1 DECLARE STRING QS1 = "MILL"\n2 TOOL CALL 12.1 Z S1000 F100\nTOOL CALL QS1 Z S500\nCYCL DEF 247 PRESET ~\n Q339=20\nL X+1\nEND PGM T MM\n'
     out = run(text)
     assert out.errors == []
-    assert [d.code for d in out.diagnostics if d.severity == "warning"] == ["preset-unknown"]
+    assert [d.code for d in out.diagnostics if d.severity == "warning"] == [
+        "tool-index",
+        "preset-unknown",
+    ]
 
 
 @pytest.mark.parametrize("dialect", ["linuxcnc", "fanuc"])
