@@ -127,9 +127,8 @@ def nearest(value: float, what: str) -> int:
 
 def repeated(letter: str) -> BlockError:
     """Return the fault of a letter that stands twice in a block."""
-    return BlockError(
-        "repeated-word", f"{letter.upper()} stands twice in one block", letter.upper(), hint="write it once"
-    )
+    message = f"{letter.upper()} stands twice in one block"
+    return BlockError("repeated-word", message, letter.upper(), hint="write it once")
 
 
 def gather(pairs: list[tuple[str, float]]) -> Block:
@@ -152,11 +151,7 @@ def gather(pairs: list[tuple[str, float]]) -> Block:
             raise repeated(letter)
         else:
             if not -LARGEST <= value <= LARGEST:
-                raise BlockError(
-                    "number-range",
-                    f"{letter.upper()}{value:.15g} is not a finite number within ±{LARGEST:g}",
-                    letter.upper(),
-                    values={"value": str(value)},
-                )
+                message = f"{letter.upper()}{value:.15g} is not a finite number within ±{LARGEST:g}"
+                raise BlockError("number-range", message, letter.upper(), values={"value": str(value)})
             words[letter] = value
     return Block(words, tuple(g), tuple(m))

@@ -7,7 +7,7 @@ Blocks with the same codes, letters and modal motion share one. The order of exe
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, partial
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, PROGRAM, Block
@@ -279,20 +279,15 @@ def _last_of_groups(codes: list[Code]) -> tuple[list[Code], list[Handler]]:
     for code in reversed(codes):
         last = kept.setdefault(code if code.group == _ONE_SHOT else code.group, code)
         if last is not code:
-            remarks.insert(0, _remark_on_conflict(code, last))
+            remarks.insert(0, partial(_remark_on_conflict, code=code, last=last))
     return list(reversed(kept.values())), remarks
 
 
-def _remark_on_conflict(code: Code, last: Code) -> Handler:
+def _remark_on_conflict(ip: Interpreter, block: Block, code: Code, last: Code) -> None:
     """Return the warning that a later code of its group replaces a code."""
     message = f"{code.name} and {last.name} are of one modal group ({code.group}): the last one counts"
-
-    def remark(ip: Interpreter, block: Block) -> None:
-        ip.warn(
-            BlockError("modal-conflict", message, code.name, hint="leave the other one out"), Severity.WARNING
-        )
-
-    return remark
+    hint = "leave the other one out"
+    ip.warn(BlockError("modal-conflict", message, code.name, hint=hint), Severity.WARNING)
 
 
 def _check_groups(codes: list[Code]) -> None:
@@ -301,12 +296,8 @@ def _check_groups(codes: list[Code]) -> None:
     for code in codes:
         other = seen.get(code.group)
         if other is not None:
-            raise BlockError(
-                "modal-conflict",
-                f"{other.name} and {code.name} are of one modal group ({code.group})",
-                code.name,
-                hint="write them in two blocks",
-            )
+            message = f"{other.name} and {code.name} are of one modal group ({code.group})"
+            raise BlockError("modal-conflict", message, code.name, hint="write them in two blocks")
         seen[code.group] = code
 
 
@@ -320,12 +311,7 @@ def _unused(letter: str, codes: Codes, advice: str) -> BlockError:
             f"; E {hint[3:]}" if hint else ""
         )
     if letter == PROGRAM:
-        return BlockError(
-            "unused-word", "a name in < > stands in a block with no code that uses it", "<", hint=hint
-        )
-    return BlockError(
-        "unused-word",
-        f"{letter.upper()} stands in a block with no code that uses it",
-        letter.upper(),
-        hint=hint,
-    )
+        message = "a name in < > stands in a block with no code that uses it"
+        return BlockError("unused-word", message, "<", hint=hint)
+    message = f"{letter.upper()} stands in a block with no code that uses it"
+    return BlockError("unused-word", message, letter.upper(), hint=hint)

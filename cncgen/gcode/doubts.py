@@ -211,14 +211,8 @@ def _remarks_on(choice: Choice) -> Iterator[tuple[BlockError, Severity]]:
     dialect, why, rival, unread = choice.dialect, choice.reason, choice.rival, choice.unread
     if unread:
         hint = "post the program for FANUC or LinuxCNC; --dialect reads it as that of another control"
-        yield (
-            BlockError(
-                "control-unread",
-                f"this is a program of {unread}, whose language is not read: {why}",
-                hint=hint,
-            ),
-            Severity.ERROR,
-        )
+        message = f"this is a program of {unread}, whose language is not read: {why}"
+        yield (BlockError("control-unread", message, hint=hint), Severity.ERROR)
     elif why:
         yield BlockError("dialect", f"read as {dialect}: {why}", hint="--dialect overrides"), Severity.NOTE
     if rival:
@@ -289,7 +283,6 @@ def _doubts(
             begin = source.data.rfind(b"\n", 0, at) + 1
             line = source.data[:begin].count(b"\n") + 1
             column = len(source.data[begin:at].decode("utf-8", "replace")) + 1
-            yield (
-                Cursor(0, begin, line),
-                BlockError("other-control", doubt.message, column=column, hint=doubt.hint),
-            )
+            message = doubt.message
+            hint = doubt.hint
+            yield (Cursor(0, begin, line), BlockError("other-control", message, column=column, hint=hint))

@@ -42,9 +42,8 @@ def main_behind(source: Source) -> tuple[Cursor, BlockError] | None:
             message = (
                 f"the program begins with {program.name}, a main program behind the subprogram {first.name}"
             )
-            return Cursor(0, begin, line), BlockError(
-                "main-behind", message, hint="put the main program first"
-            )
+            hint = "put the main program first"
+            return Cursor(0, begin, line), BlockError("main-behind", message, hint=hint)
     return None
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
-from cncgen.gcode.codes.table import LATHE, Code, Handler
+from cncgen.gcode.codes.table import LATHE, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import ARMED, PLAIN_MOTIONS, Stage
@@ -64,16 +66,12 @@ def no_fixture(ip: Interpreter, block: Block) -> None:
         raise BlockError("unknown-code", message, "G54.2", hint="G54.2 P0 ends it, and is read")
 
 
-def _sizes_of_x(diameters: int) -> Handler:
-    """Return G10.9 of Mazak, which may say what X is here anyway: a length on mills, on lathes a diameter."""
-
-    def run(ip: Interpreter, block: Block) -> None:
-        if block.words.get("x") != diameters:
-            known = "X0 (lengths)" if not diameters else "X1 (diameters)"
-            message = f"G10.9 is read with {known} alone"
-            raise BlockError("not-read", message, "G10.9", hint="--dialect chooses between mills and lathes")
-
-    return run
+def _sizes_of_x(ip: Interpreter, block: Block, diameters: int) -> None:
+    """G10.9 of Mazak, which may say what X is here anyway: a length on mills, on lathes a diameter."""
+    if block.words.get("x") != diameters:
+        known = "X0 (lengths)" if not diameters else "X1 (diameters)"
+        message = f"G10.9 is read with {known} alone"
+        raise BlockError("not-read", message, "G10.9", hint="--dialect chooses between mills and lathes")
 
 
 def rigid(ip: Interpreter, block: Block) -> None:
@@ -89,7 +87,8 @@ _ENDS = (150, 500, 690)
 _NEVER_ON, _NEVER_ON_LATHES = (401, 502, 691, 804), (150, 490, 501, 690)
 CODES = (
     *(
-        Code("G", number, f"end {number}", Stage.COORDINATES, cancelled, "ends a mode that is never on: accepted", dialects=("linuxcnc",))
+        Code("G", number, f"end {number}", Stage.COORDINATES, cancelled, "ends a mode that is never on: accepted",
+            dialects=("linuxcnc",))
         for number in _ENDS
     ),
     *(
@@ -110,7 +109,8 @@ CODES = (
     Code("G", 53, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD + " (Hurco)", "p", dialects=_FANUC),
     Code("G", 2910, "language", Stage.PATH, nothing, "SINUMERIK's ISO dialect: accepted", dialects=_FANUC),
     *(
-        Code("G", 109, "diameters", Stage.PATH, _sizes_of_x(diameters), text, "x", "own", dialects=dialects, axis_words="sizes")
+        Code("G", 109, "diameters", Stage.PATH, partial(_sizes_of_x, diameters=diameters), text, "x", "own", dialects=dialects,
+            axis_words="sizes")
         for diameters, text, dialects in ((0, "X is a radius (X0 of Mazak)", _FANUC), (1, "X is a diameter (X1 of Mazak)", (LATHE,)))
     ),
     Code("G", 611, "path", Stage.PATH, nothing, _LOOK_AHEAD + " (Mazak's geometry compensation)", "pqr", dialects=_FANUC,
@@ -119,8 +119,8 @@ CODES = (
     Code("G", 220, "stroke check", Stage.PATH, forbid, "forbidden zone: accepted, not checked", "xyzijk", "own", dialects=_FANUC),
     Code("G", 230, "stroke check", Stage.PATH, nothing, "no forbidden zone", dialects=_FANUC),
     *(
-        Code("G", number, "blank", Stage.PATH, nothing, "the blank that MANUAL GUIDE i draws: passed over", AXES + "dehijklpqr", "own",
-            takes="dh", dialects=_FANUC)
+        Code("G", number, "blank", Stage.PATH, nothing, "the blank that MANUAL GUIDE i draws: passed over", AXES + "dehijklpqr",
+            "own", takes="dh", dialects=_FANUC)
         for number in range(19_000, 19_080, 10)
     ),
     Code("M", 290, "rigid tapping", Stage.SPINDLE, rigid, "the next row of taps in step with the spindle", dialects=_FANUC),

@@ -10,11 +10,12 @@ Source: Kramer et al. (2000), section 3.5.16, and LinuxCNC's manual, "Canned cyc
 from __future__ import annotations
 
 from collections.abc import Callable, Set
+from functools import partial
 
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.spindle import TURNS
-from cncgen.gcode.codes.table import IS_CYCLE, Code, Handler
+from cncgen.gcode.codes.table import IS_CYCLE, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
@@ -175,31 +176,27 @@ class HoleMoves:
                 hole.traverse(places[move])
 
 
-def _tap(direction: int) -> Callable[[Hole], None]:
-    """Return the tapping cycle of a thread that is cut with the spindle turning in a direction."""
-
-    def run(hole: Hole) -> None:
-        state, sink = hole.ip.state, hole.ip.sink
-        number = f"G{state.motion / 10:g}"
-        if state.direction != direction:
-            is_ = "stands still" if state.direction == 0 else "turns the other way"
-            needed = "M3" if direction > 0 else "M4"
-            raise BlockError("cycle-spindle", f"the spindle {is_}: {number} needs {needed}", number)
-        sink.call("DISABLE_FEED_OVERRIDE()")
-        sink.call("DISABLE_SPEED_OVERRIDE(0)")
-        hole.feed(hole.bottom)
-        hole.turn(0)
-        hole.turn(-direction)
-        hole.dwell()
-        hole.feed(hole.clear)
-        hole.turn(0)
-        hole.turn(direction)
-        if state.feed_override:
-            sink.call("ENABLE_FEED_OVERRIDE()")
-        if state.speed_override:
-            sink.call("ENABLE_SPEED_OVERRIDE(0)")
-
-    return run
+def _tap(hole: Hole, direction: int) -> None:
+    """The tapping cycle of a thread that is cut with the spindle turning in a direction."""
+    state, sink = hole.ip.state, hole.ip.sink
+    number = f"G{state.motion / 10:g}"
+    if state.direction != direction:
+        is_ = "stands still" if state.direction == 0 else "turns the other way"
+        needed = "M3" if direction > 0 else "M4"
+        raise BlockError("cycle-spindle", f"the spindle {is_}: {number} needs {needed}", number)
+    sink.call("DISABLE_FEED_OVERRIDE()")
+    sink.call("DISABLE_SPEED_OVERRIDE(0)")
+    hole.feed(hole.bottom)
+    hole.turn(0)
+    hole.turn(-direction)
+    hole.dwell()
+    hole.feed(hole.clear)
+    hole.turn(0)
+    hole.turn(direction)
+    if state.feed_override:
+        sink.call("ENABLE_FEED_OVERRIDE()")
+    if state.speed_override:
+        sink.call("ENABLE_SPEED_OVERRIDE(0)")
 
 
 def _check_turning(hole: Hole) -> int:
@@ -278,11 +275,11 @@ class Cycle:
 
 CYCLES = {
     730: Cycle(HoleMoves("Bc", "Lk"), "q", "drill, breaking chips every Q"),
-    740: Cycle(_tap(-1), "", "tap, left-hand, with a dwell of P", "p$", taps=True),
+    740: Cycle(partial(_tap, direction=-1), "", "tap, left-hand, with a dwell of P", "p$", taps=True),
     810: Cycle(HoleMoves("Bc"), "", "drill"),
     820: Cycle(HoleMoves("Bpc"), "p", "drill, dwell for P"),
     830: Cycle(HoleMoves("Bc", "Lrk"), "q", "drill, out of the hole every Q"),
-    840: Cycle(_tap(1), "", "tap, right-hand, with a dwell of P", "p$", taps=True),
+    840: Cycle(partial(_tap, direction=1), "", "tap, right-hand, with a dwell of P", "p$", taps=True),
     850: Cycle(HoleMoves("BRc"), "", "bore, feed out"),
     860: Cycle(_bore_stop, "p", "bore, dwell for P, stop the spindle, traverse out", "$"),
     870: Cycle(_back_bore, "", "back bore: I J beside the centre, up to K", "ijk$", aside=True),
@@ -291,13 +288,10 @@ CYCLES = {
 }
 
 
-def _cycle(number: int) -> Handler:
-    def run(ip: Interpreter, block: Block) -> None:
-        sticky = _words_in_force(ip, block, number)
-        _check_block(ip, block, number)
-        _make_holes(ip, block, number, sticky)
-
-    return run
+def _cycle(ip: Interpreter, block: Block, number: int) -> None:
+    sticky = _words_in_force(ip, block, number)
+    _check_block(ip, block, number)
+    _make_holes(ip, block, number, sticky)
 
 
 def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
@@ -415,8 +409,8 @@ def path_again(ip: Interpreter) -> None:
 
 
 CODES = tuple(
-    Code("G", number, "motion", Stage.MOTION, _cycle(number), cycle.help, AXES + "@^rl" + cycle.needs + cycle.takes, "motion",
-        dialects=("linuxcnc",), pitched=cycle.taps, moves="plane" if cycle.aside else "", waits=isinstance(cycle.run, HoleMoves),
-        refused=IS_CYCLE)
+    Code("G", number, "motion", Stage.MOTION, partial(_cycle, number=number), cycle.help, AXES + "@^rl" + cycle.needs + cycle.takes,
+        "motion", dialects=("linuxcnc",), pitched=cycle.taps, moves="plane" if cycle.aside else "",
+        waits=isinstance(cycle.run, HoleMoves), refused=IS_CYCLE)
     for number, cycle in CYCLES.items()
 )  # fmt: skip

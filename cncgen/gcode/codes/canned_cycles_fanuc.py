@@ -10,7 +10,8 @@ X, Y, Z, R or any other axis makes no hole.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container
+from collections.abc import Container
+from functools import partial
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
@@ -27,7 +28,7 @@ from cncgen.gcode.codes.canned_cycles import (
 from cncgen.gcode.codes.dwell import has_point, seconds_of
 from cncgen.gcode.codes.lathe_fanuc import increments
 from cncgen.gcode.codes.lines import check_feed, has_axis
-from cncgen.gcode.codes.table import IS_CYCLE, LATHE, Code, Handler, table
+from cncgen.gcode.codes.table import IS_CYCLE, LATHE, Code, table
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import ARMED, IN_ROW, PLAIN_MOTIONS, Stage
@@ -81,18 +82,14 @@ def _haas_peck(hole: Hole, out: float) -> None:
     hole.traverse(hole.clear)
 
 
-def _pecking(number: int) -> Callable[[Hole], None]:
-    """Return G73 or G83."""
-
-    def run(hole: Hole) -> None:
-        if "i" in hole.words:
-            _haas_peck(hole, 0.0 if number == 830 else math.inf)
-        elif "k" in hole.words:
-            _haas_peck(hole, hole.unscaled(hole.words["k"], hole.normal))
-        else:
-            CYCLES[number].run(hole)
-
-    return run
+def _pecking(hole: Hole, number: int) -> None:
+    """G73 or G83."""
+    if "i" in hole.words:
+        _haas_peck(hole, 0.0 if number == 830 else math.inf)
+    elif "k" in hole.words:
+        _haas_peck(hole, hole.unscaled(hole.words["k"], hole.normal))
+    else:
+        CYCLES[number].run(hole)
 
 
 def _beside(hole: Hole, beside: dict[int, float], within: dict[int, float], level: float) -> None:
@@ -106,29 +103,25 @@ def _beside(hole: Hole, beside: dict[int, float], within: dict[int, float], leve
     hole.turn(1)
 
 
-def _tap(direction: int) -> Callable[[Hole], None]:
-    """Return the tapping cycle: down turning one way, out turning the other way."""
-
-    def run(hole: Hole) -> None:
-        _doubt_pitch(hole)
-        state, faster = hole.ip.state, hole.words.get("j", 1.0)
-        if state.rigid:
-            _tap_in_step(hole, direction)
-            return
-        hole.feed(hole.bottom)
-        hole.wait()
-        hole.turn(-direction)
-        if faster != 1.0:
-            # J of Haas: how many times as fast the tap comes out.
-            hole.ip.sink.set_feed_rate(state.feed * faster)
-        hole.feed(hole.retract)
-        if faster != 1.0:
-            hole.ip.sink.set_feed_rate(state.feed)
-        hole.wait()
-        hole.turn(direction)
-        hole.traverse(hole.clear)
-
-    return run
+def _tap(hole: Hole, direction: int) -> None:
+    """The tapping cycle: down turning one way, out turning the other way."""
+    _doubt_pitch(hole)
+    state, faster = hole.ip.state, hole.words.get("j", 1.0)
+    if state.rigid:
+        _tap_in_step(hole, direction)
+        return
+    hole.feed(hole.bottom)
+    hole.wait()
+    hole.turn(-direction)
+    if faster != 1.0:
+        # J of Haas: how many times as fast the tap comes out.
+        hole.ip.sink.set_feed_rate(state.feed * faster)
+    hole.feed(hole.retract)
+    if faster != 1.0:
+        hole.ip.sink.set_feed_rate(state.feed)
+    hole.wait()
+    hole.turn(direction)
+    hole.traverse(hole.clear)
 
 
 def _doubt_pitch(hole: Hole) -> None:
@@ -212,14 +205,14 @@ def _back_bore(hole: Hole) -> None:
 
 #: The moves of each cycle from R on (G87: from the start); I J of Haas are steps of drilling, J the speed of a tap on its way out.
 HOLES = {
-    730: Cycle(_pecking(730), "q", "drill, breaking chips every Q", "ij"),
-    740: Cycle(_tap(-1), "", "tap, left-hand", "j", taps=True),
+    730: Cycle(partial(_pecking, number=730), "q", "drill, breaking chips every Q", "ij"),
+    740: Cycle(partial(_tap, direction=-1), "", "tap, left-hand", "j", taps=True),
     760: Cycle(_fine_bore, "q", "bore, step off the wall by Q, traverse out", "ij", aside=True),
     770: Cycle(_back_bore, "q", "back bore from R up to Z, as G87 (Haas)", "ij", aside=True),
     810: Cycle(CYCLES[810].run, "", "drill", "e"),
     820: Cycle(HoleMoves("Bwc"), "", "drill, dwell for P", "e"),
-    830: Cycle(_pecking(830), "q", "drill, out of the hole every Q", "ije"),
-    840: Cycle(_tap(1), "", "tap, right-hand", "je", taps=True),
+    830: Cycle(partial(_pecking, number=830), "q", "drill, out of the hole every Q", "ije"),
+    840: Cycle(partial(_tap, direction=1), "", "tap, right-hand", "je", taps=True),
     # Of Mazak's controls and FANUC's FS15 format: rigid without M29.
     842: Cycle(lambda hole: _tap_in_step(hole, 1), "", "tap in step with the spindle, right-hand", taps=True),
     843: Cycle(lambda hole: _tap_in_step(hole, -1), "", "tap in step with the spindle, left-hand", taps=True),
@@ -232,32 +225,27 @@ HOLES = {
 _BACK = (770, 870)
 
 
-def _cycle(number: int) -> Handler:
-    def run(ip: Interpreter, block: Block) -> None:
-        pattern = next((row for row in ip.codes.of(block) if row.group == PATTERN), None)
-        if pattern is not None:
-            # The words of the pattern are its own, and its places take the holes.
-            own = {letter: value for letter, value in block.words.items() if letter not in pattern.takes}
-            idle = next((letter.upper() for letter in own if letter in AXES[3:]), "")
-            if idle:
-                message = f"{idle} stands beside {pattern.name}, whose holes lie in the plane"
-                raise BlockError(
-                    "unused-word", message, idle, hint=f"{idle} in a block before it leads there"
-                )
-            _words_in_force(ip, replace(block, words=own), number)
-            return
-        sticky = _words_in_force(ip, block, number)
-        if not block.words.keys().isdisjoint(AXES + "r"):
-            try:
-                check_words(ip, block, number, sticky.words)
-                make_holes(ip, block, number, sticky)
-            except BlockError as error:
-                turning = table(LATHE).get(("G", number))
-                if turning and turning.axes == "own" and error.code in ("cycle-words", "feed-missing"):
-                    error.hint += f"; G{number // 10} of lathes is read by --dialect fanuc-lathe"
-                raise
-
-    return run
+def _cycle(ip: Interpreter, block: Block, number: int) -> None:
+    pattern = next((row for row in ip.codes.of(block) if row.group == PATTERN), None)
+    if pattern is not None:
+        # The words of the pattern are its own, and its places take the holes.
+        own = {letter: value for letter, value in block.words.items() if letter not in pattern.takes}
+        idle = next((letter.upper() for letter in own if letter in AXES[3:]), "")
+        if idle:
+            message = f"{idle} stands beside {pattern.name}, whose holes lie in the plane"
+            raise BlockError("unused-word", message, idle, hint=f"{idle} in a block before it leads there")
+        _words_in_force(ip, replace(block, words=own), number)
+        return
+    sticky = _words_in_force(ip, block, number)
+    if not block.words.keys().isdisjoint(AXES + "r"):
+        try:
+            check_words(ip, block, number, sticky.words)
+            make_holes(ip, block, number, sticky)
+        except BlockError as error:
+            turning = table(LATHE).get(("G", number))
+            if turning and turning.axes == "own" and error.code in ("cycle-words", "feed-missing"):
+                error.hint += f"; G{number // 10} of lathes is read by --dialect fanuc-lathe"
+            raise
 
 
 def row_of_holes(ip: Interpreter, cycles: Container[int], normal: int) -> Sticky:
@@ -380,33 +368,30 @@ def make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> No
     state.moved = True
 
 
-def _tap_to(direction: int) -> Handler:
-    """Return G174 or G184 of Haas's mills: a tap from where the tool stands to a place, along any line, and back."""
-
-    def run(ip: Interpreter, block: Block) -> None:
-        name = f"G{1740 // 10 if direction < 0 else 1840 // 10}"
-        if not has_axis(block):
-            raise BlockError(
-                "axis-missing", f"{name} has no axis word", name, hint="X Y Z are the bottom of the hole"
-            )
-        check_feed(ip, block, name)
-        start, spindle = ip.state.position.copy(), Hole(ip, block, 2, 0.0, 0.0, 0.0, {}, 0)
-        if ip.state.direction != direction:
-            spindle.turn(direction)
-        ip.go(ip.end_point(block))
-        spindle.turn(-direction)
-        ip.go(start)
-        spindle.turn(ip.state.direction)
-
-    return run
+def _tap_to(ip: Interpreter, block: Block, direction: int) -> None:
+    """G174 or G184 of Haas's mills: a tap from where the tool stands to a place, along any line, and back."""
+    name = f"G{1740 // 10 if direction < 0 else 1840 // 10}"
+    if not has_axis(block):
+        message = f"{name} has no axis word"
+        raise BlockError("axis-missing", message, name, hint="X Y Z are the bottom of the hole")
+    check_feed(ip, block, name)
+    start, spindle = ip.state.position.copy(), Hole(ip, block, 2, 0.0, 0.0, 0.0, {}, 0)
+    if ip.state.direction != direction:
+        spindle.turn(direction)
+    ip.go(ip.end_point(block))
+    spindle.turn(-direction)
+    ip.go(start)
+    spindle.turn(ip.state.direction)
 
 
 CODES = tuple(
-    Code("G", number, "motion", Stage.MOTION, _cycle(number), cycle.help, AXES + "rpqkl" + cycle.takes, "motion", summons=AXES + "r",
-        dialects=("fanuc",), pitched=cycle.taps, moves="plane" if cycle.aside else "", refused=IS_CYCLE, without="lathes")
+    Code("G", number, "motion", Stage.MOTION, partial(_cycle, number=number), cycle.help, AXES + "rpqkl" + cycle.takes, "motion",
+        summons=AXES + "r", dialects=("fanuc",), pitched=cycle.taps, moves="plane" if cycle.aside else "", refused=IS_CYCLE,
+        without="lathes")
     for number, cycle in HOLES.items()
 ) + tuple(
-    Code("G", number, "non-modal", Stage.MOTION, _tap_to(direction), f"tap {hand} to a place along any line, and back (Haas)", AXES, "own",
-        dialects=("fanuc",), pitched=True, refused=IS_CYCLE, without="lathes")
+    Code("G", number, "non-modal", Stage.MOTION, partial(_tap_to, direction=direction),
+        f"tap {hand} to a place along any line, and back (Haas)", AXES, "own", dialects=("fanuc",), pitched=True, refused=IS_CYCLE,
+        without="lathes")
     for number, direction, hand in ((1740, -1, "left-hand"), (1840, 1, "right-hand"))
 )  # fmt: skip

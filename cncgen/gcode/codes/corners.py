@@ -17,7 +17,7 @@ from functools import partial
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
-from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.table import Code
 from cncgen.gcode.codes.turning_profiles import Segment, fillet
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -355,18 +355,15 @@ class _Corner:
         return BlockError(code, message, name.rstrip("= "), hint=_HINTS[code], values={"size": self.size})
 
 
-def _corner(name: str) -> Handler:
-    def run(ip: Interpreter, block: Block) -> None:
-        size = block.words[name.lower()]
-        if size < 0.0:
-            shown = _NAMES.get(ip.dialect, {}).get(name, name)
-            message = f"{shown}{size:g} is negative"
-            raise BlockError("corner-size", message, shown.rstrip("= "), hint="a size is positive")
-        if size:
-            corner = _Corner(ip, block, name, size)
-            ip.sink, ip.guard = corner.sink, corner
-
-    return run
+def _corner(ip: Interpreter, block: Block, name: str) -> None:
+    size = block.words[name.lower()]
+    if size < 0.0:
+        shown = _NAMES.get(ip.dialect, {}).get(name, name)
+        message = f"{shown}{size:g} is negative"
+        raise BlockError("corner-size", message, shown.rstrip("= "), hint="a size is positive")
+    if size:
+        corner = _Corner(ip, block, name, size)
+        ip.sink, ip.guard = corner.sink, corner
 
 
 def _end(ip: Interpreter, block: Block) -> None:
@@ -382,8 +379,8 @@ def leave_out(ip: Interpreter) -> None:
 
 
 CODES = tuple(
-    Code(name, 0, "corner", Stage.REFERENCE, _corner(name), text, dialects=dialects, named=(name.lower(), "corner_f"), after=_end,
-        title=_NAMES["sinumerik"][name] if dialects == ("sinumerik",) else "")
+    Code(name, 0, "corner", Stage.REFERENCE, partial(_corner, name=name), text, dialects=dialects, named=(name.lower(), "corner_f"),
+        after=_end, title=_NAMES["sinumerik"][name] if dialects == ("sinumerik",) else "")
     for name, text, dialects in (
         (",C", "chamfer to the next motion", ("fanuc", "sinumerik", "heidenhain")),
         (",R", "rounding to the next motion", ("fanuc", "sinumerik", "heidenhain")),

@@ -6,7 +6,7 @@ from functools import partial
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.table import COMPENSATION, INTERRUPTS, STRICT_COMPENSATION, TOOL_POINT, Code, Handler
+from cncgen.gcode.codes.table import COMPENSATION, INTERRUPTS, STRICT_COMPENSATION, TOOL_POINT, Code
 from cncgen.gcode.codes.tools import tell_unknown, whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import PLAIN_MOTIONS, Stage
@@ -31,58 +31,53 @@ _GROUP = "cutter compensation"
 _LAST_DIGIT = 1e-12
 
 
-def _turn_on(left: bool, dynamic: bool) -> Handler:
-    def run(ip: Interpreter, block: Block) -> None:
-        state = ip.state
-        name = f"G{41 if left else 42}{'.1' if dynamic else ''}"
-        planes = _PLANES_OF_LINUXCNC if ip.dialect in _STRICT else _PLANES
-        if state.plane not in planes:
-            message = (
-                f"{name} works in the planes {' and '.join(f'G{p}' for p in planes)}, not in G{state.plane}"
-            )
-            raise BlockError("comp-plane", message, name)
-        radius, orientation = (_programmed if dynamic else _of_the_tool)(ip, block, name)
-        side = left == (radius >= 0.0)
-        if (on := _sink_of(ip)) is not None and ip.dialect not in _STRICT:
-            _renew(ip, on, radius, left)
-            return
-        first, second, _ = state.plane_axes()
-        start = complex(state.position[first], state.position[second])
-        unit = "inch" if state.inches else "mm"
-        growth = _GROWTH[state.inches] if ip.dialect == "linuxcnc" else None
-        # FANUC enters on a move of any length. LinuxCNC's radius of a table may be less by the last digit of a double.
-        least = 0.0 if ip.dialect not in _STRICT else abs(radius) * (1.0 if dynamic else 1.0 - _LAST_DIGIT)
-        from cncgen.gcode.codes.compensated_sink import CompensatedSink
-        from cncgen.gcode.codes.tool_centre import ToolCentre
+def _turn_on(ip: Interpreter, block: Block, left: bool, dynamic: bool) -> None:
+    state = ip.state
+    name = f"G{41 if left else 42}{'.1' if dynamic else ''}"
+    planes = _PLANES_OF_LINUXCNC if ip.dialect in _STRICT else _PLANES
+    if state.plane not in planes:
+        message = f"{name} works in the planes {' and '.join(f'G{p}' for p in planes)}, not in G{state.plane}"
+        raise BlockError("comp-plane", message, name)
+    radius, orientation = (_programmed if dynamic else _of_the_tool)(ip, block, name)
+    side = left == (radius >= 0.0)
+    if (on := _sink_of(ip)) is not None and ip.dialect not in _STRICT:
+        _renew(ip, on, radius, left)
+        return
+    first, second, _ = state.plane_axes()
+    start = complex(state.position[first], state.position[second])
+    unit = "inch" if state.inches else "mm"
+    growth = _GROWTH[state.inches] if ip.dialect == "linuxcnc" else None
+    # FANUC enters on a move of any length. LinuxCNC's radius of a table may be less by the last digit of a double.
+    least = 0.0 if ip.dialect not in _STRICT else abs(radius) * (1.0 if dynamic else 1.0 - _LAST_DIGIT)
+    from cncgen.gcode.codes.compensated_sink import CompensatedSink
+    from cncgen.gcode.codes.tool_centre import ToolCentre
 
-        centre = ToolCentre(
-            *(radius, left, start, orientation, unit),
-            growth=growth,
-            least_entry=least,
-            square_entry=ip.dialect not in _STRICT,
-        )
-        ip.sink.call(f'COMMENT("interpreter: cutter radius compensation on {"left" if side else "right"}")')
-        state.compensation = 41 if side else 42
-        sink = CompensatedSink(
-            ip.sink,
-            centre,
-            state.plane,
-            state.position,
-            state.inches,
-            ip.codes,
-            ip.warn,
-            tool_offset=list(state.tool_offset),
-            lenient=ip.dialect not in _STRICT,
-            on_roll=partial(_tell_roll, ip) if ip.dialect == "fanuc" else None,
-            on_arc=partial(_tell_arc, ip) if ip.dialect.startswith("fanuc") else None,
-            on_interrupt=partial(interrupt, ip) if ip.dialect.startswith("fanuc") and not dynamic else None,
-            contour_feed=ip.contour_feed,
-            feed=state.feed,
-        )
-        sink.left = left
-        ip.sink, ip.compensated_position = sink, sink.beside
-
-    return run
+    centre = ToolCentre(
+        *(radius, left, start, orientation, unit),
+        growth=growth,
+        least_entry=least,
+        square_entry=ip.dialect not in _STRICT,
+    )
+    ip.sink.call(f'COMMENT("interpreter: cutter radius compensation on {"left" if side else "right"}")')
+    state.compensation = 41 if side else 42
+    sink = CompensatedSink(
+        ip.sink,
+        centre,
+        state.plane,
+        state.position,
+        state.inches,
+        ip.codes,
+        ip.warn,
+        tool_offset=list(state.tool_offset),
+        lenient=ip.dialect not in _STRICT,
+        on_roll=partial(_tell_roll, ip) if ip.dialect == "fanuc" else None,
+        on_arc=partial(_tell_arc, ip) if ip.dialect.startswith("fanuc") else None,
+        on_interrupt=partial(interrupt, ip) if ip.dialect.startswith("fanuc") and not dynamic else None,
+        contour_feed=ip.contour_feed,
+        feed=state.feed,
+    )
+    sink.left = left
+    ip.sink, ip.compensated_position = sink, sink.beside
 
 
 def _tell_roll(ip: Interpreter) -> None:
@@ -262,17 +257,15 @@ _STAGE = Stage.RADIUS_COMPENSATION
 _BEGINS = "begins cutter compensation"
 CODES = (
     Code("G", 400, _GROUP, _STAGE, turn_off, "cutter compensation off", dialects=("linuxcnc",), restores=("compensation", 40)),
-    Code("G", 400, _GROUP, _STAGE, turn_off, "cutter compensation off, at a line in the direction I J K", _CENTRE, dialects=("fanuc",),
-        restores=("compensation", 40)),
-    Code("G", 410, _GROUP, _STAGE, _turn_on(True, False), "cutter compensation, tool left of the path", "d", takes="d", moves="plane",
-        restores=("compensation", 41),
-        refused=(_BEGINS, STRICT_COMPENSATION | TOOL_POINT)),
-    Code("G", 420, _GROUP, _STAGE, _turn_on(False, False), "cutter compensation, tool right of the path", "d", takes="d", moves="plane",
-        restores=("compensation", 42),
-        refused=(_BEGINS, STRICT_COMPENSATION | TOOL_POINT)),
-    Code("G", 411, _GROUP, _STAGE, _turn_on(True, True), "as G41, for the diameter D", "dl", takes="d", moves="plane",
-        refused=(_BEGINS, COMPENSATION | TOOL_POINT)),
-    Code("G", 421, _GROUP, _STAGE, _turn_on(False, True), "as G42, for the diameter D", "dl", takes="d", moves="plane",
-        refused=(_BEGINS, COMPENSATION | TOOL_POINT)),
+    Code("G", 400, _GROUP, _STAGE, turn_off, "cutter compensation off, at a line in the direction I J K", _CENTRE,
+        dialects=("fanuc",), restores=("compensation", 40)),
+    Code("G", 410, _GROUP, _STAGE, partial(_turn_on, left=True, dynamic=False), "cutter compensation, tool left of the path", "d",
+        takes="d", moves="plane", restores=("compensation", 41), refused=(_BEGINS, STRICT_COMPENSATION | TOOL_POINT)),
+    Code("G", 420, _GROUP, _STAGE, partial(_turn_on, left=False, dynamic=False), "cutter compensation, tool right of the path", "d",
+        takes="d", moves="plane", restores=("compensation", 42), refused=(_BEGINS, STRICT_COMPENSATION | TOOL_POINT)),
+    Code("G", 411, _GROUP, _STAGE, partial(_turn_on, left=True, dynamic=True), "as G41, for the diameter D", "dl", takes="d",
+        moves="plane", refused=(_BEGINS, COMPENSATION | TOOL_POINT)),
+    Code("G", 421, _GROUP, _STAGE, partial(_turn_on, left=False, dynamic=True), "as G42, for the diameter D", "dl", takes="d",
+        moves="plane", refused=(_BEGINS, COMPENSATION | TOOL_POINT)),
     Code("D", 0, "D", _STAGE, radius_number, "number of the tool radius", "d", dialects=("fanuc",), without="lathes"),
 )  # fmt: skip

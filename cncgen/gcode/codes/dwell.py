@@ -26,9 +26,8 @@ def dwell(ip: Interpreter, block: Block) -> None:
         message = (
             f"S{seconds:g} of G4 is taken as {seconds:g} s, as Marlin has it; LinuxCNC refuses G4 without P"
         )
-        ip.warn_once(
-            BlockError("other-control", message, "S", hint="P is seconds here, and milliseconds with Marlin")
-        )
+        hint = "P is seconds here, and milliseconds with Marlin"
+        ip.warn_once(BlockError("other-control", message, "S", hint=hint))
     if seconds is None:
         hint = (
             "S counts seconds with Marlin alone: P3 is 3 s"
@@ -37,9 +36,8 @@ def dwell(ip: Interpreter, block: Block) -> None:
         )
         raise BlockError("dwell-time", "G4 has no time", "G4", hint=hint)
     if seconds < 0.0:
-        raise BlockError(
-            "dwell-time", f"a dwell of {seconds:g} s is negative", "P" if "p" in block.words else "S"
-        )
+        message = f"a dwell of {seconds:g} s is negative"
+        raise BlockError("dwell-time", message, "P" if "p" in block.words else "S")
     ip.sink.call(f"DWELL({seconds:.4f})", Event("dwell", True, seconds, {"seconds": seconds}))
 
 

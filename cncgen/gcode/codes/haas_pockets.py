@@ -7,12 +7,14 @@ those of the cycle.
 
 from __future__ import annotations
 
+from functools import partial
+
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.cutter_compensation import tool_of_radius
 from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.steps import MOST, steps_of
-from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.table import Code
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
@@ -61,34 +63,31 @@ def _depths(ip: Interpreter, block: Block, name: str) -> list[float]:
     return [start + block.words["z"] * (k + 1) for k in range(count)]
 
 
-def _pocket(name: str, sense: int) -> Handler:
-    def run(ip: Interpreter, block: Block) -> None:
-        state = ip.state
-        elsewhere = state.plane != 17 or state.compensation != 40
-        bare = "d" not in block.words and state.radius_number is None
-        refuse(
-            name,
-            (elsewhere, "cycle-plane", f"{name} works in G17 and G40", "use G17 and G40 before it"),
-            (bare, "comp-diameter", f"{name} has no D", "D is the number of the tool's radius, D0 none"),
-        )
-        check_feed(ip, block, name)
-        tool = tool_of_radius(ip, block, name)
-        radii = _radii(block.words, name, abs(tool.diameter) * ip.table_scale() / 2.0)
-        cutter = FlatCutter(ip)
-        middle = cutter.place()
-        for depth in _depths(ip, block, name):
-            cutter.to(z=depth)
-            for radius in radii:
-                cutter.to(middle + radius)
-                cutter.arc(middle + radius, middle, sense)
-            cutter.to(middle)
-        state.moved = True
-
-    return run
+def _pocket(ip: Interpreter, block: Block, name: str, sense: int) -> None:
+    state = ip.state
+    elsewhere = state.plane != 17 or state.compensation != 40
+    bare = "d" not in block.words and state.radius_number is None
+    refuse(
+        name,
+        (elsewhere, "cycle-plane", f"{name} works in G17 and G40", "use G17 and G40 before it"),
+        (bare, "comp-diameter", f"{name} has no D", "D is the number of the tool's radius, D0 none"),
+    )
+    check_feed(ip, block, name)
+    tool = tool_of_radius(ip, block, name)
+    radii = _radii(block.words, name, abs(tool.diameter) * ip.table_scale() / 2.0)
+    cutter = FlatCutter(ip)
+    middle = cutter.place()
+    for depth in _depths(ip, block, name):
+        cutter.to(z=depth)
+        for radius in radii:
+            cutter.to(middle + radius)
+            cutter.arc(middle + radius, middle, sense)
+        cutter.to(middle)
+    state.moved = True
 
 
 CODES = tuple(
-    Code("G", number, "non-modal", Stage.MOTION, _pocket(name, sense), f"circular pocket, {way} (Haas)", "zikqld", "own",
-        dialects=("fanuc",), takes="d", moves="plane", without="lathes")
+    Code("G", number, "non-modal", Stage.MOTION, partial(_pocket, name=name, sense=sense), f"circular pocket, {way} (Haas)",
+        "zikqld", "own", dialects=("fanuc",), takes="d", moves="plane", without="lathes")
     for number, name, sense, way in ((120, "G12", -1, "clockwise"), (130, "G13", 1, "counter-clockwise"))
 )  # fmt: skip

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import cmath
 import math
+from functools import partial
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.canned_cycles import MAX_REPEATS, Sticky
 from cncgen.gcode.codes.canned_cycles_fanuc import HOLES, PATTERN, check_words, make_holes
 from cncgen.gcode.codes.places import in_rows, on_circle
 from cncgen.gcode.codes.probing import tell
-from cncgen.gcode.codes.table import IS_CYCLE, Code, Handler
+from cncgen.gcode.codes.table import IS_CYCLE, Code
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
@@ -71,49 +72,46 @@ _PATTERNS = {
 _MEASURES = {350: "the tool's diameter", 360: "the origin"}
 
 
-def _pattern(number: int) -> Handler:
+def _pattern(ip: Interpreter, block: Block, number: int) -> None:
     letters, needs, counts, places, _, example = _PATTERNS[number]
     name = f"G{number / 10:g}"
-
-    def run(ip: Interpreter, block: Block) -> None:
-        state, words = ip.state, block.words
-        turning = counts == "l" and {"p", "q"} <= words.keys()
-        if state.motion not in HOLES or not isinstance(state.cycle, Sticky) or turning:
-            if number in _MEASURES and state.motion == 10 and not words.keys().isdisjoint("xyz"):
-                # The line in force has gone to the place.
-                tell(ip, name, _MEASURES[number])
-                return
-            hint = "G81 stands before it or in its block; turning cycles are of --dialect fanuc-lathe"
-            if number in _MEASURES:
-                hint = f"G81 stands before it or in its block; {name} of Haas, which measures with a probe, has G1 before it"
-            message = f"{name} has no cycle in force that it repeats"
-            raise BlockError("cycle-missing", message, name, hint=hint)
-        taken = letters + ("pq" if counts == "l" else "")
-        strange = [c.upper() for c in words if c in "ijklpq" and c not in taken]
-        missing = [c.upper() for c in needs if c not in words] + ["I"] * (words.get("i") == 0.0)
-        refuse(
-            name,
-            (bool(missing), "cycle-words", f"{name} has no {' and no '.join(missing)}", example),
-            (bool(strange), "cycle-words", f"{name} has a word {''.join(strange[:1])}", example),
-            (state.plane != 17, "cycle-words", f"{name} has no G17", example),
-        )
-        count = _count(words, counts, name, example)
-        if places is _grid:
-            _count(words, "k", name, example)
-        check_words(ip, block, state.motion, state.cycle.words)
-        centre = ip.end_point(Block({k: v for k, v in words.items() if k in "xy"}, block.g))
-        for at in places(words, count):
-            place = [centre[0] + at.real, centre[1] + at.imag]
-            if not state.absolute:
-                place = [at - here for at, here in zip(place, state.position, strict=False)]
-            here = block.beside({"x": place[0], "y": place[1]})
-            make_holes(ip, here, state.motion, state.cycle)
-
-    return run
+    state, words = ip.state, block.words
+    turning = counts == "l" and {"p", "q"} <= words.keys()
+    if state.motion not in HOLES or not isinstance(state.cycle, Sticky) or turning:
+        if number in _MEASURES and state.motion == 10 and not words.keys().isdisjoint("xyz"):
+            # The line in force has gone to the place.
+            tell(ip, name, _MEASURES[number])
+            return
+        hint = "G81 stands before it or in its block; turning cycles are of --dialect fanuc-lathe"
+        if number in _MEASURES:
+            hint = f"G81 stands before it or in its block; {name} of Haas, which measures with a probe, has G1 before it"
+        message = f"{name} has no cycle in force that it repeats"
+        raise BlockError("cycle-missing", message, name, hint=hint)
+    taken = letters + ("pq" if counts == "l" else "")
+    strange = [c.upper() for c in words if c in "ijklpq" and c not in taken]
+    missing = [c.upper() for c in needs if c not in words] + ["I"] * (words.get("i") == 0.0)
+    refuse(
+        name,
+        (bool(missing), "cycle-words", f"{name} has no {' and no '.join(missing)}", example),
+        (bool(strange), "cycle-words", f"{name} has a word {''.join(strange[:1])}", example),
+        (state.plane != 17, "cycle-words", f"{name} has no G17", example),
+    )
+    count = _count(words, counts, name, example)
+    if places is _grid:
+        _count(words, "k", name, example)
+    check_words(ip, block, state.motion, state.cycle.words)
+    centre = ip.end_point(Block({k: v for k, v in words.items() if k in "xy"}, block.g))
+    for at in places(words, count):
+        place = [centre[0] + at.real, centre[1] + at.imag]
+        if not state.absolute:
+            place = [at - here for at, here in zip(place, state.position, strict=False)]
+        here = block.beside({"x": place[0], "y": place[1]})
+        make_holes(ip, here, state.motion, state.cycle)
 
 
 CODES = tuple(
-    Code("G", number, PATTERN, Stage.STOP, _pattern(number), f"cycle in force {text}", "ijklpq" if counts == "l" else letters,
-        dialects=("fanuc",), takes="ijkl" if counts == "l" else letters, moves="XYZ", refused=IS_CYCLE, without="lathes")
+    Code("G", number, PATTERN, Stage.STOP, partial(_pattern, number=number), f"cycle in force {text}",
+        "ijklpq" if counts == "l" else letters, dialects=("fanuc",), takes="ijkl" if counts == "l" else letters, moves="XYZ",
+        refused=IS_CYCLE, without="lathes")
     for number, (letters, _, counts, _, text, _) in _PATTERNS.items()
 )  # fmt: skip

@@ -5,6 +5,8 @@ Source: Kramer et al. (2000), section 3.5.8; G28.1 and G30.1 as in LinuxCNC's ma
 
 from __future__ import annotations
 
+from functools import partial
+
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.lines import has_axis
@@ -17,7 +19,6 @@ from cncgen.gcode.codes.table import (
     ROTARY_PATH,
     TOOL_POINT,
     Code,
-    Handler,
 )
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -25,12 +26,9 @@ from cncgen.gcode.state.modal import Stage
 from cncgen.gcode.state.parameters import HOME_28, HOME_30
 
 
-def _go(first: int) -> Handler:
-    def run(ip: Interpreter, block: Block) -> None:
-        axes = {index for index, _ in given_axes(block)} if has_axis(block) else set(range(len(AXES)))
-        _by_way(ip, block, axes, first)
-
-    return run
+def _go(ip: Interpreter, block: Block, first: int) -> None:
+    axes = {index for index, _ in given_axes(block)} if has_axis(block) else set(range(len(AXES)))
+    _by_way(ip, block, axes, first)
 
 
 def _by_way(ip: Interpreter, block: Block, axes: set[int], first: int) -> None:
@@ -49,17 +47,13 @@ def _by_way(ip: Interpreter, block: Block, axes: set[int], first: int) -> None:
     ip.go(end, rapid=True)
 
 
-def _set(first: int) -> Handler:
+def _set(ip: Interpreter, block: Block, first: int) -> None:
     name = "G28.1" if first == HOME_28 else "G30.1"
-
-    def run(ip: Interpreter, block: Block) -> None:
-        if has_axis(block):
-            message = f"{name} stores where the machine stands, and its axis words are a move behind; Mach's {name} homes these axes"
-            hint = f"write {name} in a block of its own"
-            ip.warn_once(BlockError("other-control", message, name, hint=hint))
-        ip.parameters.set_offset(first, ip.machine_position(), ip.table_scale())
-
-    return run
+    if has_axis(block):
+        message = f"{name} stores where the machine stands, and its axis words are a move behind; Mach's {name} homes these axes"
+        hint = f"write {name} in a block of its own"
+        ip.warn_once(BlockError("other-control", message, name, hint=hint))
+    ip.parameters.set_offset(first, ip.machine_position(), ip.table_scale())
 
 
 def first_point(ip: Interpreter, block: Block) -> None:
@@ -137,22 +131,22 @@ def _placed(ip: Interpreter, block: Block, name: str) -> None:
 _LINUXCNC, _FANUC = ("linuxcnc",), ("fanuc",)
 _SETS_HOME = ("sets a reference point", COMPENSATION | ROTARY_PATH | TOOL_POINT)
 CODES = (
-    Code("G", 280, "non-modal", Stage.REFERENCE, _go(HOME_28), "to reference point 1", AXES, "own", dialects=_LINUXCNC, moves="XYZ",
-        moves_alone=True, refused=GOES_HOME),
+    Code("G", 280, "non-modal", Stage.REFERENCE, partial(_go, first=HOME_28), "to reference point 1", AXES, "own",
+        dialects=_LINUXCNC, moves="XYZ", moves_alone=True, refused=GOES_HOME),
     Code("G", 280, "non-modal", Stage.REFERENCE, first_point, "to reference point 1", AXES, "own", dialects=_FANUC, moves="XYZ",
         moves_alone=True, refused=GOES_HOME),
     Code("G", 280, "non-modal", Stage.REFERENCE, first_point, "to reference point 1", AXES, "own", dialects=(LATHE,), moves="XZ",
         moves_alone=True, refused=GOES_HOME),
-    Code("G", 281, "non-modal", Stage.REFERENCE, _set(HOME_28), "set reference point 1", refused=_SETS_HOME),
+    Code("G", 281, "non-modal", Stage.REFERENCE, partial(_set, first=HOME_28), "set reference point 1", refused=_SETS_HOME),
     Code("G", 290, "non-modal", Stage.REFERENCE, from_reference, "by way of the point of the last G28 or G30", AXES, "own",
         dialects=_FANUC),
-    Code("G", 300, "non-modal", Stage.REFERENCE, _go(HOME_30), "to reference point 2", AXES, "own", dialects=_LINUXCNC, moves="XYZ",
-        moves_alone=True, refused=GOES_HOME),
+    Code("G", 300, "non-modal", Stage.REFERENCE, partial(_go, first=HOME_30), "to reference point 2", AXES, "own",
+        dialects=_LINUXCNC, moves="XYZ", moves_alone=True, refused=GOES_HOME),
     Code("G", 300, "non-modal", Stage.REFERENCE, other_point, "to reference point P (2 where it is left out)", AXES + "p", "own",
         dialects=_FANUC, refused=GOES_HOME),
-    Code("G", 301, "non-modal", Stage.REFERENCE, _set(HOME_30), "set reference point 2", refused=_SETS_HOME),
+    Code("G", 301, "non-modal", Stage.REFERENCE, partial(_set, first=HOME_30), "set reference point 2", refused=_SETS_HOME),
     Code("G", 270, "non-modal", Stage.REFERENCE, checked, "to the axis words, where reference point 1 should be", AXES, "own",
         dialects=_FANUC),
-    Code("G", 600, "non-modal", Stage.REFERENCE, from_one_side, "to the axis words, which the control comes to from one side", AXES, "own",
-        dialects=_FANUC),
+    Code("G", 600, "non-modal", Stage.REFERENCE, from_one_side, "to the axis words, which the control comes to from one side", AXES,
+        "own", dialects=_FANUC),
 )  # fmt: skip

@@ -8,10 +8,11 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterator
+from functools import partial
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.table import SYNCHRONISED, Code, Handler
+from cncgen.gcode.codes.table import SYNCHRONISED, Code
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -25,18 +26,15 @@ _X, _Z = 0, 2
 _G76 = 760
 
 
-def _diameter(on: bool) -> Handler:
-    def run(ip: Interpreter, block: Block) -> None:
-        state = ip.state
-        if state.diameter == on:
-            return
-        state.diameter = on
-        if "x" in block.words:
-            block.words["x"] *= 0.5 if on else 2.0
-        kind = "diameter" if on else "radius"
-        ip.sink.call(f'COMMENT("interpreter: Lathe diameter mode changed to {kind}")')
-
-    return run
+def _diameter(ip: Interpreter, block: Block, on: bool) -> None:
+    state = ip.state
+    if state.diameter == on:
+        return
+    state.diameter = on
+    if "x" in block.words:
+        block.words["x"] *= 0.5 if on else 2.0
+    kind = "diameter" if on else "radius"
+    ip.sink.call(f'COMMENT("interpreter: Lathe diameter mode changed to {kind}")')
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,8 +210,10 @@ def _feed(ip: Interpreter, x: float, z: float) -> None:
 
 
 CODES = (
-    Code("G", 70, "diameter", Stage.DIAMETER, _diameter(True), "X is a diameter", dialects=("linuxcnc",), restores=("diameter", True)),
-    Code("G", 80, "diameter", Stage.DIAMETER, _diameter(False), "X is a radius", dialects=("linuxcnc",), restores=("diameter", False)),
+    Code("G", 70, "diameter", Stage.DIAMETER, partial(_diameter, on=True), "X is a diameter", dialects=("linuxcnc",),
+        restores=("diameter", True)),
+    Code("G", 80, "diameter", Stage.DIAMETER, partial(_diameter, on=False), "X is a radius", dialects=("linuxcnc",),
+        restores=("diameter", False)),
     Code("G", _G76, "motion", Stage.MOTION, thread, "cut a thread of pitch P to Z in passes", "xyzabcuvwpijkrqhel$", "motion",
         dialects=("linuxcnc",), moves="XZ", refused=SYNCHRONISED),
 )  # fmt: skip

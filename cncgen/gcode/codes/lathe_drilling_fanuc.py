@@ -9,13 +9,15 @@ hole, each time by the distances of its block (C by H) farther; K0 keeps the wor
 
 from __future__ import annotations
 
+from functools import partial
+
 from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.codes.canned_cycles import Hole, Sticky, repeats
 from cncgen.gcode.codes.canned_cycles_fanuc import HOLES, row_of_holes
 from cncgen.gcode.codes.dwell import seconds_of
 from cncgen.gcode.codes.lathe_fanuc import ONLY, increments
 from cncgen.gcode.codes.lines import check_feed
-from cncgen.gcode.codes.table import IS_CYCLE, Code, Handler
+from cncgen.gcode.codes.table import IS_CYCLE, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
@@ -96,46 +98,45 @@ def _retract(ip: Interpreter, sticky: Sticky, bottom: float, axis: str) -> float
     return within[-1]
 
 
-def _cycle(number: int) -> Handler:
+def _cycle(ip: Interpreter, block: Block, number: int) -> None:
     moves, axis = _MOVES[number]
     cycle = HOLES[moves]
     normal = AXIS_INDEX[axis]
-
-    def run(ip: Interpreter, block: Block) -> None:
-        state, name = ip.state, f"G{number // 10}"
-        sticky = _words_in_force(ip, block, number)
-        if block.words.keys().isdisjoint("xzrcuw"):
-            return
-        count = repeats(block, "k", 0)
-        check_feed(ip, block, name)
-        if sticky.words.keys().isdisjoint((axis, _DEPTHS[axis])):
-            message = f"{name} has no {axis.upper()}"
-            raise BlockError("cycle-words", message, name, hint=f"{axis.upper()} is the bottom of the hole")
-        retract, bottom = _levels(ip, sticky, axis)
-        if bottom > sticky.level:
-            message = f"the bottom {bottom:g} lies above {sticky.level:g}, where the cycle began along {axis.upper()}"
-            hint = f"the cycle drills towards smaller {axis.upper()}"
-            raise BlockError("cycle-depth", message, axis.upper(), hint=hint)
-        words = {**sticky.words, "p": sticky.words.get("p", 0.0)}
-        if cycle.needs and words.setdefault("q", retract - bottom or 1.0) <= 0.0:
-            raise BlockError("cycle-peck", f"Q{words['q']:g} of {name} must be greater than 0", "Q")
-        placed = {letter: value for letter, value in block.words.items() if letter in _PLACES[axis]}
-        end = ip.end_point(Block(placed, block.g))
-        clear = sticky.level if state.retract_old else retract
-        hole = Hole(ip, block, normal, retract, bottom, clear, words, 0)
-        place = {AXIS_INDEX[letter]: end[AXIS_INDEX[letter]] for letter in _PLACES[axis]}
-        step = {column: place[column] - state.position[column] for column in ip.distances & place.keys()}
-        for again in range(count):
-            hole.across({column: at + again * step.get(column, 0.0) for column, at in place.items()})
-            hole.traverse(retract)
-            cycle.run(hole)
-        state.moved = True
-
-    return run
+    state, name = ip.state, f"G{number // 10}"
+    sticky = _words_in_force(ip, block, number)
+    if block.words.keys().isdisjoint("xzrcuw"):
+        return
+    count = repeats(block, "k", 0)
+    check_feed(ip, block, name)
+    if sticky.words.keys().isdisjoint((axis, _DEPTHS[axis])):
+        message = f"{name} has no {axis.upper()}"
+        raise BlockError("cycle-words", message, name, hint=f"{axis.upper()} is the bottom of the hole")
+    retract, bottom = _levels(ip, sticky, axis)
+    if bottom > sticky.level:
+        message = (
+            f"the bottom {bottom:g} lies above {sticky.level:g}, where the cycle began along {axis.upper()}"
+        )
+        hint = f"the cycle drills towards smaller {axis.upper()}"
+        raise BlockError("cycle-depth", message, axis.upper(), hint=hint)
+    words = {**sticky.words, "p": sticky.words.get("p", 0.0)}
+    if cycle.needs and words.setdefault("q", retract - bottom or 1.0) <= 0.0:
+        raise BlockError("cycle-peck", f"Q{words['q']:g} of {name} must be greater than 0", "Q")
+    placed = {letter: value for letter, value in block.words.items() if letter in _PLACES[axis]}
+    end = ip.end_point(Block(placed, block.g))
+    clear = sticky.level if state.retract_old else retract
+    hole = Hole(ip, block, normal, retract, bottom, clear, words, 0)
+    place = {AXIS_INDEX[letter]: end[AXIS_INDEX[letter]] for letter in _PLACES[axis]}
+    step = {column: place[column] - state.position[column] for column in ip.distances & place.keys()}
+    for again in range(count):
+        hole.across({column: at + again * step.get(column, 0.0) for column, at in place.items()})
+        hole.traverse(retract)
+        cycle.run(hole)
+    state.moved = True
 
 
 CODES = tuple(
-    Code("G", number, "motion", Stage.MOTION, _cycle(number), f"{HOLES[moves].help}, along {axis.upper()}", "xyzuvwcrpqk", "motion",
-        summons="xyzuvwcr", dialects=ONLY, depth=_DEPTHS[axis], pitched=HOLES[moves].taps, moves=axis.upper(), refused=IS_CYCLE)
+    Code("G", number, "motion", Stage.MOTION, partial(_cycle, number=number), f"{HOLES[moves].help}, along {axis.upper()}",
+        "xyzuvwcrpqk", "motion", summons="xyzuvwcr", dialects=ONLY, depth=_DEPTHS[axis], pitched=HOLES[moves].taps,
+        moves=axis.upper(), refused=IS_CYCLE)
     for number, (moves, axis) in _MOVES.items()
 )  # fmt: skip

@@ -5,9 +5,11 @@ Source: Kramer et al. (2000), sections 3.5.6, 3.5.7, 3.5.14, 3.5.17 and 3.5.20; 
 
 from __future__ import annotations
 
+from functools import partial
+
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.table import CHANGES_PATH_MODE, CHANGES_UNITS, STRICT_COMPENSATION, Code, Handler
+from cncgen.gcode.codes.table import CHANGES_PATH_MODE, CHANGES_UNITS, STRICT_COMPENSATION, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import LENGTHS, PLANE_CODES, Stage
@@ -15,55 +17,44 @@ from cncgen.toolpath.record import PathMode
 from cncgen.units import INCH
 
 
-def _plane(number: int) -> Handler:
-    def run(ip: Interpreter, block: Block) -> None:
-        ip.state.plane = number
-        ip.sink.select_plane(number)
-
-    return run
+def _plane(ip: Interpreter, block: Block, number: int) -> None:
+    ip.state.plane = number
+    ip.sink.select_plane(number)
 
 
-def _units(inches: bool) -> Handler:
-    def run(ip: Interpreter, block: Block) -> None:
-        ip.sink.use_length_units(inches)
-        state = ip.state
-        used = state.moved or ip.parameters.shifted
-        if used and not ip.units_said and ip.options.units == "auto" and state.inches != inches:
-            message = "lengths before the first G20 or G21 of the run are taken as mm, and those behind it are inches"
-            hint = "write G20 before the first length, or --units inch"
-            ip.warn(BlockError("units-doubtful", message, "G20", hint=hint), Severity.WARNING)
-        ip.units_said = True
-        if state.inches != inches:
-            state.inches = inches
-            factor = 1.0 / INCH if inches else INCH
-            vectors = [state.position, state.origin, state.g92, state.local]
-            if not ip.options.stand_alone:
-                vectors.append(state.tool_offset)
-            for vector in vectors:
-                for index in LENGTHS:
-                    vector[index] *= factor
+def _units(ip: Interpreter, block: Block, inches: bool) -> None:
+    ip.sink.use_length_units(inches)
+    state = ip.state
+    used = state.moved or ip.parameters.shifted
+    if used and not ip.units_said and ip.options.units == "auto" and state.inches != inches:
+        message = (
+            "lengths before the first G20 or G21 of the run are taken as mm, and those behind it are inches"
+        )
+        hint = "write G20 before the first length, or --units inch"
+        ip.warn(BlockError("units-doubtful", message, "G20", hint=hint), Severity.WARNING)
+    ip.units_said = True
+    if state.inches != inches:
+        state.inches = inches
+        factor = 1.0 / INCH if inches else INCH
+        vectors = [state.position, state.origin, state.g92, state.local]
+        if not ip.options.stand_alone:
+            vectors.append(state.tool_offset)
+        for vector in vectors:
+            for index in LENGTHS:
+                vector[index] *= factor
 
-    return run
 
-
-def _distance(mode: str, absolute: bool) -> Handler:
+def _distance(ip: Interpreter, block: Block, mode: str, absolute: bool) -> None:
     name, said = ("arc_absolute", "IJK distance") if mode == "arc distance" else ("absolute", "distance")
     kind = "absolute" if absolute else "incremental"
-
-    def run(ip: Interpreter, block: Block) -> None:
-        if getattr(ip.state, name) != absolute:
-            setattr(ip.state, name, absolute)
-            ip.sink.call(f'COMMENT("interpreter: {said} mode changed to {kind}")')
-
-    return run
+    if getattr(ip.state, name) != absolute:
+        setattr(ip.state, name, absolute)
+        ip.sink.call(f'COMMENT("interpreter: {said} mode changed to {kind}")')
 
 
-def _exact(mode: PathMode) -> Handler:
-    def run(ip: Interpreter, block: Block) -> None:
-        ip.state.path_mode, ip.state.tolerance = mode, None
-        ip.sink.set_motion_control_mode(mode, None, None)
-
-    return run
+def _exact(ip: Interpreter, block: Block, mode: PathMode) -> None:
+    ip.state.path_mode, ip.state.tolerance = mode, None
+    ip.sink.set_motion_control_mode(mode, None, None)
 
 
 def continuous(ip: Interpreter, block: Block) -> None:
@@ -95,43 +86,45 @@ def go_on(ip: Interpreter, block: Block) -> None:
     ip.sink.set_motion_control_mode(state.path_mode, state.tolerance, state.naive)
 
 
-def _retract(old: bool) -> Handler:
-    def run(ip: Interpreter, block: Block) -> None:
-        ip.state.retract_old = old
-        ip.sink.call(f'COMMENT("interpreter: retract mode set to {"old_z" if old else "r_plane"}")')
-
-    return run
+def _retract(ip: Interpreter, block: Block, old: bool) -> None:
+    ip.state.retract_old = old
+    ip.sink.call(f'COMMENT("interpreter: retract mode set to {"old_z" if old else "r_plane"}")')
 
 
 _RETRACTS = ("changes how canned cycles retract", STRICT_COMPENSATION)
 CODES = (
     *(
-        Code("G", number, "plane", Stage.PLANE, _plane(plane), f"plane {name}", plane=plane, restores=("plane", plane))
+        Code("G", number, "plane", Stage.PLANE, partial(_plane, number=plane), f"plane {name}", plane=plane,
+            restores=("plane", plane))
         for (number, plane), name in zip(
             PLANE_CODES.items(), ("XY", "ZX", "YZ", "UV", "WU", "VW"), strict=True
         )
     ),
-    Code("G", 200, "units", Stage.UNITS, _units(True), "lengths in inches", refused=CHANGES_UNITS, restores=("inches", True)),
-    Code("G", 210, "units", Stage.UNITS, _units(False), "lengths in millimetres", refused=CHANGES_UNITS, restores=("inches", False)),
-    Code("G", 900, "distance", Stage.DISTANCE, _distance("distance", True), "axis words are coordinates", waits=True, without="lathes",
-        restores=("absolute", True)),
-    Code("G", 910, "distance", Stage.DISTANCE, _distance("distance", False), "axis words are distances from the last point", waits=True,
-        without="lathes", restores=("absolute", False)),
-    Code("G", 901, "arc distance", Stage.DISTANCE, _distance("arc distance", True), "I J K are coordinates", restores=("arc_absolute", True)),
-    Code("G", 911, "arc distance", Stage.DISTANCE, _distance("arc distance", False), "I J K are distances from the start",
-        restores=("arc_absolute", False)),
-    Code("G", 610, "path", Stage.PATH, _exact(PathMode.EXACT_PATH), "exact path", dialects=("linuxcnc",), waits=True,
+    Code("G", 200, "units", Stage.UNITS, partial(_units, inches=True), "lengths in inches", refused=CHANGES_UNITS,
+        restores=("inches", True)),
+    Code("G", 210, "units", Stage.UNITS, partial(_units, inches=False), "lengths in millimetres", refused=CHANGES_UNITS,
+        restores=("inches", False)),
+    Code("G", 900, "distance", Stage.DISTANCE, partial(_distance, mode="distance", absolute=True), "axis words are coordinates",
+        waits=True, without="lathes", restores=("absolute", True)),
+    Code("G", 910, "distance", Stage.DISTANCE, partial(_distance, mode="distance", absolute=False),
+        "axis words are distances from the last point", waits=True, without="lathes", restores=("absolute", False)),
+    Code("G", 901, "arc distance", Stage.DISTANCE, partial(_distance, mode="arc distance", absolute=True), "I J K are coordinates",
+        restores=("arc_absolute", True)),
+    Code("G", 911, "arc distance", Stage.DISTANCE, partial(_distance, mode="arc distance", absolute=False),
+        "I J K are distances from the start", restores=("arc_absolute", False)),
+    Code("G", 610, "path", Stage.PATH, partial(_exact, mode=PathMode.EXACT_PATH), "exact path", dialects=("linuxcnc",), waits=True,
         refused=CHANGES_PATH_MODE, restores=("path", PathMode.EXACT_PATH)),
-    Code("G", 611, "path", Stage.PATH, _exact(PathMode.EXACT_STOP), "exact stop at the end of each motion", dialects=("linuxcnc",),
-        refused=CHANGES_PATH_MODE, restores=("path", PathMode.EXACT_STOP)),
-    Code("G", 610, "path", Stage.PATH, _exact(PathMode.EXACT_STOP), "exact stop at the end of each motion", dialects=("fanuc",)),
+    Code("G", 611, "path", Stage.PATH, partial(_exact, mode=PathMode.EXACT_STOP), "exact stop at the end of each motion",
+        dialects=("linuxcnc",), refused=CHANGES_PATH_MODE, restores=("path", PathMode.EXACT_STOP)),
+    Code("G", 610, "path", Stage.PATH, partial(_exact, mode=PathMode.EXACT_STOP), "exact stop at the end of each motion",
+        dialects=("fanuc",)),
     Code("G", 620, "path", Stage.PATH, cutting, "automatic corner override: as G64", dialects=("fanuc",)),
     Code("G", 630, "path", Stage.PATH, cutting, "tapping mode: as G64", dialects=("fanuc",), pitched=True),
     Code("G", 90, "exact stop", Stage.PATH, stop_once, "exact stop at the end of this block", dialects=("fanuc",), after=go_on),
     Code("G", 640, "path", Stage.PATH, continuous, "continuous path within P", "pq", waits=True, refused=CHANGES_PATH_MODE,
         restores=("path", PathMode.CONTINUOUS)),
-    Code("G", 980, "retract", Stage.RETRACT, _retract(True), "canned cycles retract to where they began", waits=True, refused=_RETRACTS,
-        without="lathes", restores=("retract_old", True)),
-    Code("G", 990, "retract", Stage.RETRACT, _retract(False), "canned cycles retract to R", waits=True, refused=_RETRACTS,
-        without="lathes", restores=("retract_old", False)),
+    Code("G", 980, "retract", Stage.RETRACT, partial(_retract, old=True), "canned cycles retract to where they began", waits=True,
+        refused=_RETRACTS, without="lathes", restores=("retract_old", True)),
+    Code("G", 990, "retract", Stage.RETRACT, partial(_retract, old=False), "canned cycles retract to R", waits=True,
+        refused=_RETRACTS, without="lathes", restores=("retract_old", False)),
 )  # fmt: skip

@@ -107,10 +107,9 @@ def _take_point(ip: Interpreter, block: Block, spline: OpenCurve, opening: bool)
     state = ip.state
     words = block.words
     if len(spline.knots) > len(spline.points):
+        message = f"a control point after {len(spline.knots) - len(spline.points)} of {spline.rank} knots that end the curve"
         raise BlockError(
-            "nurbs-knots",
-            f"a control point after {len(spline.knots) - len(spline.points)} of {spline.rank} knots that end the curve",
-            next(letter for letter in words if letter in AXIS_INDEX).upper(),
+            "nurbs-knots", message, next(letter for letter in words if letter in AXIS_INDEX).upper()
         )
     for letter in words:
         if letter in AXIS_INDEX and letter not in spline.axes and not spline.broken:

@@ -9,11 +9,12 @@ a quarter and three quarters of a circle are read, whose centre I J K moves as w
 from __future__ import annotations
 
 import math
+from functools import partial
 
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes.cutter_compensation import tool_of_radius
 from cncgen.gcode.codes.lines import has_axis
-from cncgen.gcode.codes.table import COMPENSATION, ROTARY_PATH, TOOL_POINT, Code, Handler
+from cncgen.gcode.codes.table import COMPENSATION, ROTARY_PATH, TOOL_POINT, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import PLAIN_MOTIONS, Stage
@@ -61,32 +62,28 @@ def _check_arc(ip: Interpreter, words: dict[str, float], name: str) -> None:
         raise BlockError("not-read", message, name, hint="G41 or G42 with D moves any arc")
 
 
-def _moved(name: str, times: float) -> Handler:
-    def run(ip: Interpreter, block: Block) -> None:
-        words = {letter: value for letter, value in block.words.items() if letter not in "dh"}
-        if _ENGRAVING & words.keys():
-            message = f"{name} with P, E or R (engraving on Haas's mills) is not read: its letters are strokes of the control's O9876"
-            raise BlockError("not-read", message, name, hint="post it as the moves that it makes: G1, G2, G3")
-        if not has_axis(block):
-            raise BlockError("axis-missing", f"{name} has no axis word", name)
-        motion = next((number for number in block.g if number in PLAIN_MOTIONS), ip.state.motion)
-        if motion not in PLAIN_MOTIONS:
-            message = f"{name} in a canned cycle is not read"
-            raise BlockError("not-read", message, name, hint="use G80 before it")
-        more = times * _offset(ip, block, name)
-        if motion in (20, 30):
-            _check_arc(ip, words, name)
-            words.update(
-                {k: v + more * math.copysign(1.0, v) for k, v in words.items() if k in _CENTRE and v}
-            )
-        ip.codes["G", motion].run(ip, replace(block, words=_longer(ip, words, more)))
-
-    return run
+def _moved(ip: Interpreter, block: Block, name: str, times: float) -> None:
+    words = {letter: value for letter, value in block.words.items() if letter not in "dh"}
+    if _ENGRAVING & words.keys():
+        message = f"{name} with P, E or R (engraving on Haas's mills) is not read: its letters are strokes of the control's O9876"
+        raise BlockError("not-read", message, name, hint="post it as the moves that it makes: G1, G2, G3")
+    if not has_axis(block):
+        raise BlockError("axis-missing", f"{name} has no axis word", name)
+    motion = next((number for number in block.g if number in PLAIN_MOTIONS), ip.state.motion)
+    if motion not in PLAIN_MOTIONS:
+        message = f"{name} in a canned cycle is not read"
+        raise BlockError("not-read", message, name, hint="use G80 before it")
+    more = times * _offset(ip, block, name)
+    if motion in (20, 30):
+        _check_arc(ip, words, name)
+        words.update({k: v + more * math.copysign(1.0, v) for k, v in words.items() if k in _CENTRE and v})
+    ip.codes["G", motion].run(ip, replace(block, words=_longer(ip, words, more)))
 
 
 CODES = tuple(
-    Code("G", number, "non-modal", Stage.MOTION, _moved(name, times), f"motion {text} by the offset D", AXES + "dhijk" + more, "own",
-        dialects=("fanuc",), takes="dh", refused=("moves by an offset", COMPENSATION | ROTARY_PATH | TOOL_POINT), without="lathes")
+    Code("G", number, "non-modal", Stage.MOTION, partial(_moved, name=name, times=times), f"motion {text} by the offset D",
+        AXES + "dhijk" + more, "own", dialects=("fanuc",), takes="dh",
+        refused=("moves by an offset", COMPENSATION | ROTARY_PATH | TOOL_POINT), without="lathes")
     for number, name, times, text, more in (
         (450, "G45", 1.0, "longer", ""), (460, "G46", -1.0, "shorter", ""),
         (470, "G47", 2.0, "twice longer", "epr"), (480, "G48", -2.0, "twice shorter", ""),

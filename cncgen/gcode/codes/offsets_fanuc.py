@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.offsets import given_axes, set_g92, use_system
 from cncgen.gcode.codes.spindle import bound_surface_speed
-from cncgen.gcode.codes.table import CHANGES_OFFSETS, CHANGES_ORIGIN, CHANGES_SYSTEM, Code, Handler
+from cncgen.gcode.codes.table import CHANGES_OFFSETS, CHANGES_ORIGIN, CHANGES_SYSTEM, Code
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -34,24 +36,14 @@ def use_additional(ip: Interpreter, block: Block) -> None:
 _POLAR_ON_LATHES = (3, 4)
 
 
-def _of_haas(number: int) -> Handler:
-    """Return G110 to G129 of Haas's mills, which are G154 P1 to P20."""
-
-    def run(ip: Interpreter, block: Block) -> None:
-        if number in _POLAR_ON_LATHES:
-            name = f"G{109 + number}"
-            message = f"{name} is the coordinate system G154 P{number}, as on Haas's mills; on lathes it is polar coordinate interpolation"
-            ip.warn_once(
-                BlockError(
-                    "other-control",
-                    message,
-                    name,
-                    hint="G12.1 and G13.1 are polar coordinate interpolation on mills",
-                )
-            )
-        use_system(ip, SYSTEM_COUNT + number)
-
-    return run
+def _of_haas(ip: Interpreter, block: Block, number: int) -> None:
+    """G110 to G129 of Haas's mills, which are G154 P1 to P20."""
+    if number in _POLAR_ON_LATHES:
+        name = f"G{109 + number}"
+        message = f"{name} is the coordinate system G154 P{number}, as on Haas's mills; on lathes it is polar coordinate interpolation"
+        hint = "G12.1 and G13.1 are polar coordinate interpolation on mills"
+        ip.warn_once(BlockError("other-control", message, name, hint=hint))
+    use_system(ip, SYSTEM_COUNT + number)
 
 
 def first_system(ip: Interpreter, block: Block) -> None:
@@ -66,9 +58,8 @@ def first_system(ip: Interpreter, block: Block) -> None:
         use_additional(ip, block)
         return
     message = f"P{block.words['p']:g} is taken as that of {taker.name}, and G54 has none"
-    ip.warn_once(
-        BlockError("system-number", message, "P", hint="an additional system is G54.1 P, in a block before")
-    )
+    hint = "an additional system is G54.1 P, in a block before"
+    ip.warn_once(BlockError("system-number", message, "P", hint=hint))
     use_system(ip, 1)
 
 
@@ -222,22 +213,24 @@ def preset(ip: Interpreter, block: Block) -> None:
 
 _FANUC = ("fanuc",)
 CODES = (
-    Code("G", FIRST_SYSTEM, "coordinates", Stage.COORDINATES, first_system, "work coordinate system 1; with P as G54.1", "p", dialects=_FANUC,
+    Code("G", FIRST_SYSTEM, "coordinates", Stage.COORDINATES, first_system, "work coordinate system 1; with P as G54.1", "p",
+        dialects=_FANUC, refused=CHANGES_SYSTEM),
+    Code("G", 541, "coordinates", Stage.COORDINATES, use_additional, "additional system P", "p", dialects=_FANUC,
         refused=CHANGES_SYSTEM),
-    Code("G", 541, "coordinates", Stage.COORDINATES, use_additional, "additional system P", "p", dialects=_FANUC, refused=CHANGES_SYSTEM),
     Code("G", 1540, "coordinates", Stage.COORDINATES, use_additional, "additional system P (Haas)", "p", dialects=_FANUC,
         refused=CHANGES_SYSTEM),
-    Code("G", 100, "non-modal", Stage.REFERENCE, set_data, "set a coordinate system, or a tool's length or radius", AXES + "lprq", "own",
-        dialects=_FANUC, refused=CHANGES_OFFSETS, without="lathes"),
+    Code("G", 100, "non-modal", Stage.REFERENCE, set_data, "set a coordinate system, or a tool's length or radius", AXES + "lprq",
+        "own", dialects=_FANUC, refused=CHANGES_OFFSETS, without="lathes"),
     Code("G", 110, "non-modal", Stage.REFERENCE, end_data, "end of the data of G10", dialects=_FANUC),
-    Code("G", 520, "non-modal", Stage.REFERENCE, local, "local coordinate system", AXES, "own", dialects=_FANUC, refused=CHANGES_ORIGIN),
-    Code("G", 920, "non-modal", Stage.REFERENCE, name_position, "name the position; S is the largest speed of G96", AXES + "s", "own",
-        dialects=_FANUC, takes="s", refused=CHANGES_ORIGIN, without="lathes"),
+    Code("G", 520, "non-modal", Stage.REFERENCE, local, "local coordinate system", AXES, "own", dialects=_FANUC,
+        refused=CHANGES_ORIGIN),
+    Code("G", 920, "non-modal", Stage.REFERENCE, name_position, "name the position; S is the largest speed of G96", AXES + "s",
+        "own", dialects=_FANUC, takes="s", refused=CHANGES_ORIGIN, without="lathes"),
     Code("G", 921, "non-modal", Stage.REFERENCE, preset, "forget the offsets of G92 and G52, of the axes given", AXES, "own",
         dialects=_FANUC, refused=CHANGES_OFFSETS),
     *(
-        Code("G", 10 * (109 + n), "coordinates", Stage.COORDINATES, _of_haas(n), f"additional system {n} (Haas)", dialects=_FANUC,
-            refused=CHANGES_SYSTEM, without="lathes" * (n in _POLAR_ON_LATHES))
+        Code("G", 10 * (109 + n), "coordinates", Stage.COORDINATES, partial(_of_haas, number=n), f"additional system {n} (Haas)",
+            dialects=_FANUC, refused=CHANGES_SYSTEM, without="lathes" * (n in _POLAR_ON_LATHES))
         for n in range(1, 21)
     ),
 )  # fmt: skip

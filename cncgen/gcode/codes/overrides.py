@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.spindle import spindle_of
-from cncgen.gcode.codes.table import COMPENSATION, Code, Handler
+from cncgen.gcode.codes.table import COMPENSATION, Code
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
 from cncgen.toolpath.record import Event
@@ -18,29 +20,24 @@ def _call(ip: Interpreter, what: str, on: bool) -> None:
     ip.sink.call(text, Event("override", values={"what": what.lower(), "on": on}))
 
 
-def _both(on: bool) -> Handler:
-    def run(ip: Interpreter, block: Block) -> None:
-        _call(ip, "FEED_OVERRIDE", on)
-        _call(ip, "SPEED_OVERRIDE", on)
-
-    return run
+def _both(ip: Interpreter, block: Block, on: bool) -> None:
+    _call(ip, "FEED_OVERRIDE", on)
+    _call(ip, "SPEED_OVERRIDE", on)
 
 
-def _one(what: str) -> Handler:
-    def run(ip: Interpreter, block: Block) -> None:
-        spindle_of(ip, block)
-        _call(ip, what, block.words.get("p", 1.0) != 0.0)
-
-    return run
+def _one(ip: Interpreter, block: Block, what: str) -> None:
+    spindle_of(ip, block)
+    _call(ip, what, block.words.get("p", 1.0) != 0.0)
 
 
 _CHANGES = ("changes an override", COMPENSATION)
 CODES = (
-    Code("M", 480, "override", Stage.OVERRIDE, _both(True), "feed and speed overrides on", refused=_CHANGES, restores=("overrides", True)),
-    Code("M", 490, "override", Stage.OVERRIDE, _both(False), "feed and speed overrides off", refused=_CHANGES),
+    Code("M", 480, "override", Stage.OVERRIDE, partial(_both, on=True), "feed and speed overrides on", refused=_CHANGES,
+        restores=("overrides", True)),
+    Code("M", 490, "override", Stage.OVERRIDE, partial(_both, on=False), "feed and speed overrides off", refused=_CHANGES),
     *(
-        Code("M", number, "override", Stage.OVERRIDE, _one(what.upper().replace(" ", "_")), f"{what} on, off with P0", words,
-            dialects=("linuxcnc",), without="others", refused=_CHANGES, restores=(what.replace(" ", "_"), None))
+        Code("M", number, "override", Stage.OVERRIDE, partial(_one, what=what.upper().replace(" ", "_")), f"{what} on, off with P0",
+            words, dialects=("linuxcnc",), without="others", refused=_CHANGES, restores=(what.replace(" ", "_"), None))
         for number, what, words in (
             (500, "feed override", "p"), (510, "speed override", "p$"), (520, "adaptive feed", "p"), (530, "feed hold", "p"),
         )

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.table import COMPENSATION, Code, Handler
+from cncgen.gcode.codes.table import COMPENSATION, Code
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -14,31 +16,23 @@ from cncgen.toolpath.record import Event
 _DIGITAL = {620: ("SET_MOTION", 1), 630: ("CLEAR_MOTION", 0), 640: ("SET_AUX", 1), 650: ("CLEAR_AUX", 0)}
 
 
-def _digital(tenths: int) -> Handler:
+def _digital(ip: Interpreter, block: Block, tenths: int) -> None:
     call, value = _DIGITAL[tenths]
     name = f"M{tenths // 10}"
-
-    def run(ip: Interpreter, block: Block) -> None:
-        if "p" not in block.words:
-            raise BlockError("pin-missing", f"{name} has no output number P", name)
-        pin = whole(block, "p", name)
-        ip.sink.call(f"{call}_OUTPUT_BIT({pin})", Event("output", values={"pin": pin, "value": value}))
-
-    return run
+    if "p" not in block.words:
+        raise BlockError("pin-missing", f"{name} has no output number P", name)
+    pin = whole(block, "p", name)
+    ip.sink.call(f"{call}_OUTPUT_BIT({pin})", Event("output", values={"pin": pin, "value": value}))
 
 
-def _analog(tenths: int, call: str) -> Handler:
+def _analog(ip: Interpreter, block: Block, tenths: int, call: str) -> None:
     name = f"M{tenths // 10}"
-
-    def run(ip: Interpreter, block: Block) -> None:
-        for letter, what in (("e", "output number E"), ("q", "value Q")):
-            if letter not in block.words:
-                raise BlockError("pin-missing", f"{name} has no {what}", name)
-        pin, value = whole(block, "e", name), block.words["q"]
-        event = Event("output", values={"analog": pin, "value": value})
-        ip.sink.call(f"{call}_OUTPUT_VALUE({pin},{value:f})", event)
-
-    return run
+    for letter, what in (("e", "output number E"), ("q", "value Q")):
+        if letter not in block.words:
+            raise BlockError("pin-missing", f"{name} has no {what}", name)
+    pin, value = whole(block, "e", name), block.words["q"]
+    event = Event("output", values={"analog": pin, "value": value})
+    ip.sink.call(f"{call}_OUTPUT_VALUE({pin},{value:f})", event)
 
 
 def wait(ip: Interpreter, block: Block) -> None:
@@ -65,12 +59,12 @@ CODES = tuple(
     Code("M", number, "pins", Stage.PINS, run, text, words, dialects=_OWN,
         refused=("waits for an input" if run is wait else "sets an output", COMPENSATION), without="others")
     for number, run, text, words in (
-        (620, _digital(620), "set output P with the next motion", "p"),
-        (630, _digital(630), "clear output P with the next motion", "p"),
-        (640, _digital(640), "set output P at once", "p"),
-        (650, _digital(650), "clear output P at once", "p"),
+        (620, partial(_digital, tenths=620), "set output P with the next motion", "p"),
+        (630, partial(_digital, tenths=630), "clear output P with the next motion", "p"),
+        (640, partial(_digital, tenths=640), "set output P at once", "p"),
+        (650, partial(_digital, tenths=650), "clear output P at once", "p"),
         (660, wait, "wait on input P or E", "pelq"),
-        (670, _analog(670, "SET_MOTION"), "set analog output E with the next motion", "eq"),
-        (680, _analog(680, "SET_AUX"), "set analog output E at once", "eq"),
+        (670, partial(_analog, tenths=670, call="SET_MOTION"), "set analog output E with the next motion", "eq"),
+        (680, partial(_analog, tenths=680, call="SET_AUX"), "set analog output E at once", "eq"),
     )
 )  # fmt: skip

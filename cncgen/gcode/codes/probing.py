@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import math
 from array import array
+from functools import partial
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.lines import check_feed, has_axis
-from cncgen.gcode.codes.table import COMPENSATION, ROTARY_PATH, TOOL_POINT, Code, Handler
+from cncgen.gcode.codes.table import COMPENSATION, ROTARY_PATH, TOOL_POINT, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
@@ -30,32 +31,28 @@ _HINT = {
 }
 
 
-def _probe(tenths: int) -> Handler:
+def _probe(ip: Interpreter, block: Block, tenths: int) -> None:
     name = f"G{tenths / 10:g}"
-
-    def run(ip: Interpreter, block: Block) -> None:
-        state = ip.state
-        state.motion = tenths
-        if not has_axis(block):
-            raise BlockError("axis-missing", f"{name} has no axis word", name)
-        if state.feed_mode != 94:
-            raise BlockError("probe-mode", f"{name} does not go with G{state.feed_mode}", name)
-        check_feed(ip, block, name)
-        end = ip.end_point(block)
-        if tenths in _DEMANDING and math.dist(end, state.position) < _LEAST:
-            raise BlockError("probe-short", f"{name} starts where it ends", name)
-        # Where contact is demanded, the program goes on only after it was made; `rs274` reports a probe without contact.
-        touched = tenths in _DEMANDING and not ip.options.stand_alone
-        message = f"{name} is planned to the programmed point"
-        ip.warn_once(BlockError("probe-not-run", message, name, hint=_HINT[touched]), Severity.NOTE)
-        ip.sink.call("TURN_PROBE_ON()")
-        ip.sink.straight_probe(end)
-        ip.sink.call("TURN_PROBE_OFF()", Event("probe"))
-        state.position, state.moved = ip.base.where(end), True
-        ip.parameters.numbers[PROBE : PROBE + 9] = array("d", end)
-        ip.parameters.numbers[PROBE_HIT] = float(touched)
-
-    return run
+    state = ip.state
+    state.motion = tenths
+    if not has_axis(block):
+        raise BlockError("axis-missing", f"{name} has no axis word", name)
+    if state.feed_mode != 94:
+        raise BlockError("probe-mode", f"{name} does not go with G{state.feed_mode}", name)
+    check_feed(ip, block, name)
+    end = ip.end_point(block)
+    if tenths in _DEMANDING and math.dist(end, state.position) < _LEAST:
+        raise BlockError("probe-short", f"{name} starts where it ends", name)
+    # Where contact is demanded, the program goes on only after it was made; `rs274` reports a probe without contact.
+    touched = tenths in _DEMANDING and not ip.options.stand_alone
+    message = f"{name} is planned to the programmed point"
+    ip.warn_once(BlockError("probe-not-run", message, name, hint=_HINT[touched]), Severity.NOTE)
+    ip.sink.call("TURN_PROBE_ON()")
+    ip.sink.straight_probe(end)
+    ip.sink.call("TURN_PROBE_OFF()", Event("probe"))
+    state.position, state.moved = ip.base.where(end), True
+    ip.parameters.numbers[PROBE : PROBE + 9] = array("d", end)
+    ip.parameters.numbers[PROBE_HIT] = float(touched)
 
 
 def skip(ip: Interpreter, block: Block) -> None:
@@ -126,10 +123,11 @@ def measures(ip: Interpreter, block: Block, number: int, values: list[float]) ->
     return True
 
 
-_SKIP = Code("G", 310, "non-modal", Stage.MOTION, skip, "line that the skip signal ends", "xyzabcuvwpqr", "own", dialects=("fanuc",),
-    refused=("ends at a signal", COMPENSATION | ROTARY_PATH | TOOL_POINT))  # fmt: skip
+_SKIP = Code("G", 310, "non-modal", Stage.MOTION, skip, "line that the skip signal ends", "xyzabcuvwpqr", "own",
+    dialects=("fanuc",), refused=("ends at a signal", COMPENSATION | ROTARY_PATH | TOOL_POINT))  # fmt: skip
 _PROBES = tuple(
-    Code("G", tenths, "motion", Stage.MOTION, _probe(tenths), f"probe {text}", _WORDS, "motion", refused=("probes", COMPENSATION))
+    Code("G", tenths, "motion", Stage.MOTION, partial(_probe, tenths=tenths), f"probe {text}", _WORDS, "motion",
+        refused=("probes", COMPENSATION))
     for tenths, text in (
         (382, "towards the part, with an error where nothing is touched"),
         (383, "towards the part"),
@@ -138,9 +136,9 @@ _PROBES = tuple(
     )
 )  # fmt: skip
 _MEASURES = (
-    Code("G", 1360, "non-modal", Stage.MOTION, middle, "line that the skip signal ends; the middle of two is the origin (Haas)", "xyzabcijk",
-        "own", dialects=("fanuc",), refused=_SKIP.refused, without="lathes"),
-    Code("G", 370, "non-modal", Stage.MOTION, length, "measure a tool's length with a probe (Haas)", "zh", "own", dialects=("fanuc",),
-        takes="h", moves="Z", refused=_SKIP.refused, without="lathes"),
+    Code("G", 1360, "non-modal", Stage.MOTION, middle, "line that the skip signal ends; the middle of two is the origin (Haas)",
+        "xyzabcijk", "own", dialects=("fanuc",), refused=_SKIP.refused, without="lathes"),
+    Code("G", 370, "non-modal", Stage.MOTION, length, "measure a tool's length with a probe (Haas)", "zh", "own",
+        dialects=("fanuc",), takes="h", moves="Z", refused=_SKIP.refused, without="lathes"),
 )  # fmt: skip
 CODES = (_SKIP, *_PROBES, *_MEASURES)

@@ -2,32 +2,28 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.table import Code
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
 from cncgen.gcode.state.systems import load_system
 from cncgen.toolpath.record import Event
 
 
-def _stop(text: str, kind: str) -> Handler:
-    def run(ip: Interpreter, block: Block) -> None:
-        for line in text.split():
-            event = Event("stop", True, values={"kind": kind}) if line.endswith("STOP()") else None
-            ip.sink.call(line, event)
-
-    return run
+def _stop(ip: Interpreter, block: Block, text: str, kind: str) -> None:
+    for line in text.split():
+        event = Event("stop", True, values={"kind": kind}) if line.endswith("STOP()") else None
+        ip.sink.call(line, event)
 
 
-def _end(pallet: bool) -> Handler:
-    def run(ip: Interpreter, block: Block) -> None:
-        reset(ip)
-        if pallet:
-            ip.sink.call("PALLET_SHUTTLE()")
-        ip.sink.call("PROGRAM_END()", Event("end", True))
-        ip.state.ended, ip.ended_in = True, block
-
-    return run
+def _end(ip: Interpreter, block: Block, pallet: bool) -> None:
+    reset(ip)
+    if pallet:
+        ip.sink.call("PALLET_SHUTTLE()")
+    ip.sink.call("PROGRAM_END()", Event("end", True))
+    ip.state.ended, ip.ended_in = True, block
 
 
 def reset(ip: Interpreter) -> None:
@@ -60,10 +56,11 @@ def reset(ip: Interpreter) -> None:
 
 
 CODES = (
-    Code("M", 0, "stop", Stage.STOP, _stop("PROGRAM_STOP()", "stop"), "stop"),
-    Code("M", 10, "stop", Stage.STOP, _stop("OPTIONAL_PROGRAM_STOP()", "optional"), "stop where the switch says so"),
-    Code("M", 600, "stop", Stage.STOP, _stop("PALLET_SHUTTLE() PROGRAM_STOP()", "pallet"), "change pallets and stop",
-        dialects=("linuxcnc",), without="others"),
-    Code("M", 20, "stop", Stage.STOP, _end(pallet=False), "end of the program", ends="program"),
-    Code("M", 300, "stop", Stage.STOP, _end(pallet=True), "end of the program, change pallets", ends="program"),
+    Code("M", 0, "stop", Stage.STOP, partial(_stop, text="PROGRAM_STOP()", kind="stop"), "stop"),
+    Code("M", 10, "stop", Stage.STOP, partial(_stop, text="OPTIONAL_PROGRAM_STOP()", kind="optional"),
+        "stop where the switch says so"),
+    Code("M", 600, "stop", Stage.STOP, partial(_stop, text="PALLET_SHUTTLE() PROGRAM_STOP()", kind="pallet"),
+        "change pallets and stop", dialects=("linuxcnc",), without="others"),
+    Code("M", 20, "stop", Stage.STOP, partial(_end, pallet=False), "end of the program", ends="program"),
+    Code("M", 300, "stop", Stage.STOP, partial(_end, pallet=True), "end of the program, change pallets", ends="program"),
 )  # fmt: skip

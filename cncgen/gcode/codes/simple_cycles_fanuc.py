@@ -6,6 +6,7 @@ They stay in force: a block of X (U), Z (W) or R alone repeats the cycle with th
 from __future__ import annotations
 
 import math
+from functools import partial
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
@@ -21,7 +22,7 @@ from cncgen.gcode.codes.lathe_fanuc import (
 from cncgen.gcode.codes.lathe_words import X, Z
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.offsets_fanuc import preset_position
-from cncgen.gcode.codes.table import IS_TURNING, SYNCHRONISED, Code, Handler
+from cncgen.gcode.codes.table import IS_TURNING, SYNCHRONISED, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
@@ -60,24 +61,20 @@ def go(ip: Interpreter, x: float, z: float, feed: bool) -> None:
     go_to(ip, {X: x, Z: z}, feed)
 
 
-def _pass(name: str, number: int) -> Handler:
-    """Return G90: to X, along Z, out to where X was, and back; or G94: to Z, along X, out to where Z was. With R it begins R from there."""
-
-    def run(ip: Interpreter, block: Block) -> None:
-        cut = _words(ip, block, number)
-        if cut is None or cut.x is None or cut.z is None:
-            return
-        check_feed(ip, block, name)
-        x, z = ip.state.position[X], ip.state.position[Z]
-        begin, end = (
-            ((cut.x + cut.taper, z), (x, cut.z)) if number == _ALONG else ((x, cut.z + cut.taper), (cut.x, z))
-        )
-        go(ip, *begin, False)
-        go(ip, cut.x, cut.z, True)
-        go(ip, *end, True)
-        go(ip, x, z, False)
-
-    return run
+def _pass(ip: Interpreter, block: Block, name: str, number: int) -> None:
+    """G90: to X, along Z, out to where X was, and back; or G94: to Z, along X, out to where Z was. With R it begins R from there."""
+    cut = _words(ip, block, number)
+    if cut is None or cut.x is None or cut.z is None:
+        return
+    check_feed(ip, block, name)
+    x, z = ip.state.position[X], ip.state.position[Z]
+    begin, end = (
+        ((cut.x + cut.taper, z), (x, cut.z)) if number == _ALONG else ((x, cut.z + cut.taper), (cut.x, z))
+    )
+    go(ip, *begin, False)
+    go(ip, cut.x, cut.z, True)
+    go(ip, *end, True)
+    go(ip, x, z, False)
 
 
 def thread(ip: Interpreter, block: Block) -> None:
@@ -135,10 +132,10 @@ def thread_pass(ip: Interpreter, x: float, z: float, lead: float, chamfer: float
 
 
 CODES = (
-    Code("G", _ALONG, "motion", Stage.MOTION, _pass("G90", _ALONG), "cut along Z to X and Z, and back", _WORDS + "i", "motion", summons="xzuwr",
-        dialects=ONLY, moves="XZ", refused=IS_TURNING),
+    Code("G", _ALONG, "motion", Stage.MOTION, partial(_pass, name="G90", number=_ALONG), "cut along Z to X and Z, and back",
+        _WORDS + "i", "motion", summons="xzuwr", dialects=ONLY, moves="XZ", refused=IS_TURNING),
     Code("G", _THREAD, "motion", Stage.MOTION, thread, "cut a thread of lead F to X and Z, and back", _WORDS + "fiq", "motion",
         summons="xzuwr", dialects=ONLY, takes="f", moves="XZ", refused=SYNCHRONISED),
-    Code("G", _ACROSS, "motion", Stage.MOTION, _pass("G94", _ACROSS), "cut along X to X and Z, and back", _WORDS + "k", "motion", summons="xzuwr",
-        dialects=ONLY, moves="XZ", refused=IS_TURNING),
+    Code("G", _ACROSS, "motion", Stage.MOTION, partial(_pass, name="G94", number=_ACROSS), "cut along X to X and Z, and back",
+        _WORDS + "k", "motion", summons="xzuwr", dialects=ONLY, moves="XZ", refused=IS_TURNING),
 )  # fmt: skip

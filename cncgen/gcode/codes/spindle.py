@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
@@ -74,15 +75,12 @@ def set_speed(ip: Interpreter, block: Block) -> None:
     ip.sink.call(f"SET_SPINDLE_SPEED({spindle}, {value:.4f})", _event(ip, False))
 
 
-def _turn(direction: int) -> Handler:
-    def run(ip: Interpreter, block: Block) -> None:
-        spindle = max(spindle_of(ip, block), 0)
-        if spindle == 0:
-            ip.state.direction = direction
-            ip.sink.set_spindle(ip.state.speed, direction)
-        ip.sink.call(f"{TURNS[direction]}({spindle})", _event(ip, True))
-
-    return run
+def _turn(ip: Interpreter, block: Block, direction: int) -> None:
+    spindle = max(spindle_of(ip, block), 0)
+    if spindle == 0:
+        ip.state.direction = direction
+        ip.sink.set_spindle(ip.state.speed, direction)
+    ip.sink.call(f"{TURNS[direction]}({spindle})", _event(ip, True))
 
 
 def _powered(run: Handler) -> Handler:
@@ -100,9 +98,8 @@ def _powered(run: Handler) -> Handler:
                 hint = (
                     "S is the spindle's speed; --dialect auto reads P as Snapmaker does, as power in percent"
                 )
-                raise BlockError(
-                    "unused-word", "P stands in a block with no code that uses it", "P", hint=hint
-                )
+                message = "P stands in a block with no code that uses it"
+                raise BlockError("unused-word", message, "P", hint=hint)
             message = f"P{block.words['p']:g} is read as the power of a spindle or laser in percent, as on Snapmaker: it is no speed"
             ip.warn_once(BlockError("spindle-power", message, "P", hint="S gives the speed"), Severity.NOTE)
         run(ip, block)
@@ -190,14 +187,16 @@ CODES = (
             (50, 0, "spindle stop"),
         )
         for row in (
-            Code("M", number, "spindle", Stage.SPINDLE, _powered(_turn(direction)), text, "$p", dialects=("linuxcnc",), waits=True,
-                restores=("direction", direction)),
-            Code("M", number, "spindle", Stage.SPINDLE, _selects(_turn(direction)), text, "$p", dialects=("fanuc",)),
+            Code("M", number, "spindle", Stage.SPINDLE, _powered(partial(_turn, direction=direction)), text, "$p",
+                dialects=("linuxcnc",), waits=True, restores=("direction", direction)),
+            Code("M", number, "spindle", Stage.SPINDLE, _selects(partial(_turn, direction=direction)), text, "$p",
+                dialects=("fanuc",)),
         )
     ),
     Code("M", 190, "spindle", Stage.SPINDLE, orient, "turn the spindle to R degrees", "rpq$", dialects=("linuxcnc",)),
     Code("M", 190, "spindle", Stage.SPINDLE, orient_fanuc, "turn the spindle to R or P degrees", "rp$", dialects=("fanuc",)),
     Code("G", 960, "spindle mode", Stage.SPINDLE_MODE, constant_surface, "constant surface speed S", "sd$", takes="d",
         restores=("constant_surface", True)),
-    Code("G", 970, "spindle mode", Stage.SPINDLE_MODE, constant_revolutions, "S is rev/min", "$", restores=("constant_surface", False)),
+    Code("G", 970, "spindle mode", Stage.SPINDLE_MODE, constant_revolutions, "S is rev/min", "$",
+        restores=("constant_surface", False)),
 )  # fmt: skip

@@ -159,9 +159,8 @@ def convert(ip: Interpreter, block: Block, angle: float) -> None:
     message = "I J K of G68 have no direction"
     axis = affine.unit(_vector(block, "ijk"), BlockError("plane-points", message, "G68", hint=hint))
     message = "G68 with I J K turns the coordinates; the tool's length stays along the machine's Z here, and the control turns it too"
-    ip.warn_once(
-        BlockError("swivel-frame", message, "G68", hint="a tool of length 0 moves as on the control")
-    )
+    hint = "a tool of length 0 moves as on the control"
+    ip.warn_once(BlockError("swivel-frame", message, "G68", hint=hint))
     affine.change(ip, within.then(affine.Frame(affine.turn_about(axis, angle), _vector(block, "xyz"))))
 
 

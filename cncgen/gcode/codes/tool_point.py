@@ -158,12 +158,8 @@ def _directed(ip: Interpreter, block: Block) -> Block:
     if beside or motion not in (0, 10):
         other = beside.upper() or f"G{motion // 10}"
         message = f"I J K under G43.5 are the tool's direction, which is not read beside {other}"
-        raise BlockError(
-            "tcp-refused",
-            message,
-            first,
-            hint="lines have it, and no rotary axis beside it; R is the radius of an arc",
-        )
+        hint = "lines have it, and no rotary axis beside it; R is the radius of an arc"
+        raise BlockError("tcp-refused", message, first, hint=hint)
     x, y, z = (given.get(letter, 0.0) for letter in "ijk")
     if math.hypot(x, y, z) == 0.0:
         message = "the direction of the tool, I J K, has no length"

@@ -11,11 +11,12 @@ Source: LinuxCNC's manual, "G70", "G71 G72"; the order of moves was compared wit
 from __future__ import annotations
 
 import math
+from functools import partial
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.lines import check_feed
-from cncgen.gcode.codes.table import COMPENSATION, Code, Handler
+from cncgen.gcode.codes.table import COMPENSATION, Code
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.codes.turning_profiles import MAX_CUTS, TINY, Segment, check_cuts, moved_aside, read_profile
 from cncgen.gcode.errors import BlockError
@@ -166,34 +167,30 @@ def finish(ip: Interpreter, block: Block) -> None:
     ip.state.moved = True
 
 
-def _rough(swap: bool, kind: int) -> Handler:
-    """Return G71 (G72 with `swap`), .1 or .2 of it."""
+def _rough(ip: Interpreter, block: Block, swap: bool, kind: int) -> None:
+    """G71 (G72 with `swap`), .1 or .2 of it."""
     name = f"G{72 if swap else 71}" + (f".{kind}" if kind else "")
-
-    def run(ip: Interpreter, block: Block) -> None:
-        if name == "G71" and _is_unit(ip, block, name, 210):
-            return
-        words = block.words
-        aside, step, lift = words.get("d", 0.0), words.get("i", 1.0), words.get("r", 0.5)
-        if step <= 0.0 or lift <= 0.0:
-            message = f"I and R of {name} must be above 0"
-            raise BlockError("profile-step", message, "I" if step <= 0.0 else "R")
-        job = _prepare(ip, block, name, swap)
-        aside_path = moved_aside(job.profile, aside, job.left)
-        path = [half for segment in aside_path for half in segment.halves()]
-        depths = [job.start.imag, *(p.imag for s in path for p in s.extremes())]
-        check_cuts(max(depths), min(depths), step, name, "I")
-        end = path[-1].end
-        out = complex(end.real, job.start.imag)
-        segments = [Segment(job.start, path[0].start), *path]
-        if out.imag > end.imag:
-            segments.append(Segment(end, out))
-        _tell_full_depth(ip, job, path, name, swap)
-        roughing = Roughing(job.lathe, segments, job.start.imag, step, lift)
-        roughing.run(pockets=kind != 1, approach=kind != 2)
-        ip.state.moved = True
-
-    return run
+    if name == "G71" and _is_unit(ip, block, name, 210):
+        return
+    words = block.words
+    aside, step, lift = words.get("d", 0.0), words.get("i", 1.0), words.get("r", 0.5)
+    if step <= 0.0 or lift <= 0.0:
+        message = f"I and R of {name} must be above 0"
+        raise BlockError("profile-step", message, "I" if step <= 0.0 else "R")
+    job = _prepare(ip, block, name, swap)
+    aside_path = moved_aside(job.profile, aside, job.left)
+    path = [half for segment in aside_path for half in segment.halves()]
+    depths = [job.start.imag, *(p.imag for s in path for p in s.extremes())]
+    check_cuts(max(depths), min(depths), step, name, "I")
+    end = path[-1].end
+    out = complex(end.real, job.start.imag)
+    segments = [Segment(job.start, path[0].start), *path]
+    if out.imag > end.imag:
+        segments.append(Segment(end, out))
+    _tell_full_depth(ip, job, path, name, swap)
+    roughing = Roughing(job.lathe, segments, job.start.imag, step, lift)
+    roughing.run(pockets=kind != 1, approach=kind != 2)
+    ip.state.moved = True
 
 
 def _tell_full_depth(ip: Interpreter, job: TurningJob, path: list[Segment], name: str, swap: bool) -> None:
@@ -296,11 +293,11 @@ class Roughing:
 
 _WORDS = "qxzdir"
 CODES = (
-    Code("G", 700, "non-modal", Stage.MOTION, finish, "finish the profile of o-Q", "qxzdep", "own", dialects=("linuxcnc",), moves="XZ",
-        calls="q"),
+    Code("G", 700, "non-modal", Stage.MOTION, finish, "finish the profile of o-Q", "qxzdep", "own", dialects=("linuxcnc",),
+        moves="XZ", calls="q"),
     *(
-        Code("G", number, "non-modal", Stage.MOTION, _rough(number >= 720, kind), text, _WORDS, "own", dialects=("linuxcnc",), moves="XZ",
-            calls="q", refused=("is a roughing cycle", COMPENSATION))
+        Code("G", number, "non-modal", Stage.MOTION, partial(_rough, swap=number >= 720, kind=kind), text, _WORDS, "own",
+            dialects=("linuxcnc",), moves="XZ", calls="q", refused=("is a roughing cycle", COMPENSATION))
         for number, kind, text in (
             (710, 0, "rough the profile of o-Q along Z"),
             (711, 1, "as G71, leaving pockets out"),

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from functools import partial
 from itertools import pairwise
 
 from cncgen.diagnostics import Severity
@@ -28,7 +29,7 @@ from cncgen.gcode.codes.lathe_fanuc import (
 )
 from cncgen.gcode.codes.lathe_words import X, Z, turned
 from cncgen.gcode.codes.lines import check_feed
-from cncgen.gcode.codes.table import IS_TURNING, PROFILE, Code, Handler
+from cncgen.gcode.codes.table import IS_TURNING, PROFILE, Code
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.codes.turning_cycles import Lathe
 from cncgen.gcode.codes.turning_profiles import MAX_CUTS, TINY, Segment, check_cuts, recording
@@ -183,50 +184,44 @@ def _sign(value: float) -> float:
     return 1.0 if value >= 0.0 else -1.0
 
 
-def _rough(name: str, swap: bool) -> Handler:
-    """Return G71, or G72 with `swap`."""
+def _rough(ip: Interpreter, block: Block, name: str, swap: bool) -> None:
+    """G71, or G72 with `swap`."""
     depth_word = "w" if swap else "u"
-
-    def run(ip: Interpreter, block: Block) -> None:
-        words, kept = block.words, turning_of(ip)
-        if "p" not in words and "q" not in words:
-            check_idle(
-                ip,
-                block,
-                name,
-                depth_word + "r",
-                f"before the block with P and Q it takes {depth_word.upper()} and R",
-            )
-            if depth_word in words:
-                kept.depth = abs(length_of(ip, block, depth_word, name, DEEP))
-            if "r" in words:
-                kept.escape = abs(length_of(ip, block, "r", name, LIFT))
-            return
-        check_feed(ip, block, name)
+    words, kept = block.words, turning_of(ip)
+    if "p" not in words and "q" not in words:
         check_idle(
             ip,
             block,
             name,
-            "pquwd",
-            "how far it lifts off is R of a block before it; R1 of Haas is type II, as X and Z are in line P",
+            depth_word + "r",
+            f"before the block with P and Q it takes {depth_word.upper()} and R",
         )
-        _without_compensation(ip, name)
-        if "d" in words:
-            kept.depth = depth_of(ip, block, name)
-        if kept.depth <= 0.0:
-            hint = (
-                f"write {name} {depth_word.upper()}2 R1 before it: depth of a cut, and how far it lifts off"
-            )
-            raise BlockError("profile-step", f"{name} has no depth of its cuts", name, hint=hint)
-        across, begin, home, path, rapid = _contour(ip, block, name, swap)
-        lathe = Lathe(ip, across, swap)
-        levels(lathe, path, begin, kept, rapid, name)
-        lathe.rapid(home)
-        _compensate_again(ip, block)
-        ip.state.moved = True
-        ip.jump = "past", whole(block, "q", name), 0
-
-    return run
+        if depth_word in words:
+            kept.depth = abs(length_of(ip, block, depth_word, name, DEEP))
+        if "r" in words:
+            kept.escape = abs(length_of(ip, block, "r", name, LIFT))
+        return
+    check_feed(ip, block, name)
+    check_idle(
+        ip,
+        block,
+        name,
+        "pquwd",
+        "how far it lifts off is R of a block before it; R1 of Haas is type II, as X and Z are in line P",
+    )
+    _without_compensation(ip, name)
+    if "d" in words:
+        kept.depth = depth_of(ip, block, name)
+    if kept.depth <= 0.0:
+        hint = f"write {name} {depth_word.upper()}2 R1 before it: depth of a cut, and how far it lifts off"
+        raise BlockError("profile-step", f"{name} has no depth of its cuts", name, hint=hint)
+    across, begin, home, path, rapid = _contour(ip, block, name, swap)
+    lathe = Lathe(ip, across, swap)
+    levels(lathe, path, begin, kept, rapid, name)
+    lathe.rapid(home)
+    _compensate_again(ip, block)
+    ip.state.moved = True
+    ip.jump = "past", whole(block, "q", name), 0
 
 
 def levels(lathe: Lathe, path: list[Segment], begin: complex, kept: Turning, rapid: bool, name: str) -> None:
@@ -365,8 +360,8 @@ CODES = tuple(
         refused=IS_TURNING)
     for number, run, text, words in (
         (700, finish, "finish the profile of lines N P to N Q", "pquwd"),
-        (710, _rough("G71", False), "rough a profile along Z; first U R alone: depth (or D of Haas), lift", "pquwrd"),
-        (720, _rough("G72", True), "rough a profile along X; first W R alone: depth (or D of Haas), lift", "pquwrd"),
+        (710, partial(_rough, name="G71", swap=False), "rough a profile along Z; first U R alone: depth (or D of Haas), lift", "pquwrd"),
+        (720, partial(_rough, name="G72", swap=True), "rough a profile along X; first W R alone: depth (or D of Haas), lift", "pquwrd"),
         (730, like_it, "rough a profile in passes like it; way and number by U W R alone before it, or by I K D", "pquwrikd"),
     )
 )  # fmt: skip

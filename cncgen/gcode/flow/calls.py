@@ -66,13 +66,8 @@ class Calls:
         """
         self.ip.budget.spend(CALL if values is None else 3 * CALL)
         if len(self.frames) >= self.ip.options.max_call_depth:
-            raise Astray(
-                BlockError(
-                    "call-depth",
-                    f"subroutine calls are nested more than {self.ip.options.max_call_depth} deep",
-                    hint="is the recursion without end?",
-                )
-            )
+            message = f"subroutine calls are nested more than {self.ip.options.max_call_depth} deep"
+            raise Astray(BlockError("call-depth", message, hint="is the recursion without end?"))
         parameters = self.ip.parameters
         count = 0 if values is None else self._locals
         frame = self._record(label, parameters.local)

@@ -85,9 +85,8 @@ class Course:
         self._parts.pending.flush()
         if self._frames:
             name = self._parts.sources[here.source].name
-            raise Astray(
-                BlockError("sub-unfinished", f"{name} ends within a subroutine", hint="ENDSUB or M99?")
-            )
+            message = f"{name} ends within a subroutine"
+            raise Astray(BlockError("sub-unfinished", message, hint="ENDSUB or M99?"))
         if here.source:
             self._parts.ip.state.ended = True
 

@@ -41,9 +41,8 @@ class LineRunner:
         # Settings before a jump, or words behind the number of a program (FANUC).
         jumps = flow is not None and flow.keyword == "goto"
         if jumps and parsed.words:
-            raise BlockError(
-                "unsupported-flow", "GOTO stands beside words", "GOTO", hint="give it a line of its own"
-            )
+            message = "GOTO stands beside words"
+            raise BlockError("unsupported-flow", message, "GOTO", hint="give it a line of its own")
         if flow is not None and flow.then is None and not jumps:
             self._o_word(flow, here, after)
         control.flush()

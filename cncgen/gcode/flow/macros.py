@@ -51,9 +51,8 @@ def apart(
     for letter, value in pairs[:at]:
         if letter != "g":
             message = f"{letter.upper()} stands before G{code:g}, whose arguments stand behind it"
-            raise BlockError(
-                "macro-arguments", message, f"{letter.upper()}{value:g}", hint="give it a block of its own"
-            )
+            hint = "give it a block of its own"
+            raise BlockError("macro-arguments", message, f"{letter.upper()}{value:g}", hint=hint)
     return pairs[:at], pairs[at + 1 :]
 
 
@@ -75,9 +74,8 @@ def arguments(ip: Interpreter, pairs: list[tuple[str, float]]) -> tuple[int, int
             index = 3 * sets[letter] + MACRO_PARAMETERS[letter]
             sets[letter] += 1
             if index > MACRO_LOCALS:
-                raise BlockError(
-                    "macro-arguments", f"{letter.upper()} stands more than ten times", letter.upper()
-                )
+                message = f"{letter.upper()} stands more than ten times"
+                raise BlockError("macro-arguments", message, letter.upper())
             values[index - 1] = value
             if index < last:
                 message = f"{letter.upper()} stands behind a later one of I J K: it sets #{index} here, and on some controls one of the next set"
@@ -87,16 +85,12 @@ def arguments(ip: Interpreter, pairs: list[tuple[str, float]]) -> tuple[int, int
         elif letter in MACRO_PARAMETERS:
             values[MACRO_PARAMETERS[letter] - 1] = value
         else:
-            raise BlockError(
-                "macro-arguments",
-                f"{letter.upper()} is not an argument of a macro",
-                f"{letter.upper()}{value:g}",
-            )
+            message = f"{letter.upper()} is not an argument of a macro"
+            raise BlockError("macro-arguments", message, f"{letter.upper()}{value:g}")
     if number is None and any(letter == "h" for letter, _ in pairs):
         message = "G65 H is of custom macro A of older controls, which is not read"
-        raise BlockError(
-            "not-read", message, "H", hint="write its sums in macro B: #100=#101+#102; G65 P calls a program"
-        )
+        hint = "write its sums in macro B: #100=#101+#102; G65 P calls a program"
+        raise BlockError("not-read", message, "H", hint=hint)
     if number is None:
         raise BlockError("sub-missing", "a macro call has no program number P", "G65")
     return number, times, values
@@ -122,9 +116,8 @@ def call_program(ip: Interpreter, block: Block) -> None:
     if "q" in block.words:
         if "p" in block.words:
             message = "M98 with P and Q begins a program at a line of it, which is not read"
-            raise BlockError(
-                "sub-missing", message, "Q", hint="M98 Q500 runs from N500 of this program to M99"
-            )
+            hint = "M98 Q500 runs from N500 of this program to M99"
+            raise BlockError("sub-missing", message, "Q", hint=hint)
         ip.jump = ("lines", whole(block, "q", "M98"), _times(ip, block, "M98"))
         return
     if PROGRAM in block.words:
@@ -168,9 +161,8 @@ def _has_program(ip: Interpreter, block: Block, number: int) -> bool:
 def call_lines(ip: Interpreter, block: Block) -> None:
     """M97 P L of Haas: run the lines of this program from N P to M99, L times."""
     if "p" not in block.words:
-        raise BlockError(
-            "sub-missing", "M97 has no line number P", "M97", hint="M97 P100 runs from N100 to M99"
-        )
+        message = "M97 has no line number P"
+        raise BlockError("sub-missing", message, "M97", hint="M97 P100 runs from N100 to M99")
     times = _times(ip, block, "M97")
     ip.jump = ("lines", whole(block, "p", "M97"), times)
 
@@ -225,12 +217,9 @@ def line_numbered(control: FlowControl, here: Cursor, number: int, word: str = "
     found = [c for c in labels.numbered.get(number, []) if begin <= c.offset < end]
     later = [c for c in found if c.offset > here.offset]
     if not found:
-        raise BlockError(
-            "goto-target",
-            f"there is no line N{number} to go to in this program",
-            word,
-            hint="GOTO and M99 P name the N word of a line of their own program",
-        )
+        message = f"there is no line N{number} to go to in this program"
+        hint = "GOTO and M99 P name the N word of a line of their own program"
+        raise BlockError("goto-target", message, word, hint=hint)
     return (later or found)[0]
 
 

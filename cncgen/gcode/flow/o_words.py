@@ -69,21 +69,17 @@ class FlowControl:
         method = self._methods.get(flow.keyword)
         if method is None or (self.ip.dialect == "fanuc" and flow.keyword != "program"):
             other = "linuxcnc" if self.ip.dialect == "fanuc" else "fanuc"
-            raise BlockError(
-                "unsupported-flow",
-                f"{flow.keyword.upper()} is not of the {self.ip.dialect} dialect",
-                hint=f"--dialect {other} has it",
-            )
+            message = f"{flow.keyword.upper()} is not of the {self.ip.dialect} dialect"
+            raise BlockError("unsupported-flow", message, hint=f"--dialect {other} has it")
         if len(flow.arguments) > _MOST_ARGUMENTS.get(flow.keyword, len(flow.arguments)):
             count = len(flow.arguments)
-            raise BlockError(
-                "oword-arguments",
-                f"{flow.keyword.upper()} has {count} value{'s' if count > 1 else ''} in brackets",
-                "O",
-                hint="SUB names no parameters: the values of CALL are #1 to #30 within"
+            message = f"{flow.keyword.upper()} has {count} value{'s' if count > 1 else ''} in brackets"
+            hint = (
+                "SUB names no parameters: the values of CALL are #1 to #30 within"
                 if flow.keyword == "sub"
-                else "IF, WHILE and REPEAT have one value in brackets, a call one for each argument",
+                else "IF, WHILE and REPEAT have one value in brackets, a call one for each argument"
             )
+            raise BlockError("oword-arguments", message, "O", hint=hint)
         return method(self, flow, here, after)
 
     @cached_property
@@ -180,12 +176,9 @@ class FlowControl:
     def value_of(self, flow: Flow) -> float:
         """Return the value in brackets of an O-word."""
         if not flow.arguments:
-            raise BlockError(
-                "oword-arguments",
-                f"{flow.keyword.upper()} needs a value in brackets",
-                "O",
-                hint=f"o{shown(self.label_of(flow))} {flow.keyword} [{'10' if flow.keyword == 'repeat' else '#1 LT 10'}]",
-            )
+            message = f"{flow.keyword.upper()} needs a value in brackets"
+            hint = f"o{shown(self.label_of(flow))} {flow.keyword} [{'10' if flow.keyword == 'repeat' else '#1 LT 10'}]"
+            raise BlockError("oword-arguments", message, "O", hint=hint)
         return evaluate(flow.arguments[0], self.ip.parameters)
 
     def condition(self, flow: Flow) -> bool:
@@ -201,12 +194,9 @@ class FlowControl:
             return
         first, keyword = self._first.setdefault((frame.label, here.source, label), (here, flow.keyword))
         if first.offset != here.offset and not keyword == flow.keyword == "do":
-            raise BlockError(
-                "oword-duplicate",
-                f"o{shown(label)} begins {_with_article(keyword)} in line {first.line} already",
-                "O",
-                hint="give each branch and loop of a subroutine a label of its own",
-            )
+            message = f"o{shown(label)} begins {_with_article(keyword)} in line {first.line} already"
+            hint = "give each branch and loop of a subroutine a label of its own"
+            raise BlockError("oword-duplicate", message, "O", hint=hint)
 
     def next_mark(self, here: Cursor, label: Label, keywords: tuple[str, ...], wanted: str) -> Marked:
         """Return the first later line of the subroutine with this label and one of the keywords."""
@@ -215,20 +205,14 @@ class FlowControl:
         if mark is not None:
             return mark
         if wanted == _LOOP_END:
-            raise BlockError(
-                "oword-unmatched",
-                f"o{shown(label)} stands in no loop",
-                "O",
-                hint="BREAK and CONTINUE have the label of the loop around them",
-            )
+            hint = "BREAK and CONTINUE have the label of the loop around them"
+            raise BlockError("oword-unmatched", f"o{shown(label)} stands in no loop", "O", hint=hint)
         over = labels.next(here.offset, label, keywords, self.subroutines.resolved, over_borders=True)
-        raise BlockError(
-            "oword-unmatched",
-            f"o{shown(label)} has no {wanted.upper()}",
-            "O",
-            hint=self._parted(over, labels.border(here.offset), wanted)
-            or f"it must stand below, with the label o{shown(label)}, in the same subroutine",
+        hint = (
+            self._parted(over, labels.border(here.offset), wanted)
+            or f"it must stand below, with the label o{shown(label)}, in the same subroutine"
         )
+        raise BlockError("oword-unmatched", f"o{shown(label)} has no {wanted.upper()}", "O", hint=hint)
 
     def previous_mark(self, here: Cursor, label: Label, keywords: tuple[str, ...], word: str) -> Marked:
         """Return the last earlier line of the subroutine with this label and one of the keywords."""
@@ -239,13 +223,12 @@ class FlowControl:
         over = labels.first(label, keywords, self.subroutines.resolved)
         if over is not None and over.cursor.offset > here.offset:
             over = None
-        raise BlockError(
-            "oword-unmatched",
-            f"o{shown(label)} {word.upper()} with no {keywords[0].upper()}",
-            "O",
-            hint=self._parted(over, over and labels.border(over.cursor.offset), keywords[0])
-            or f"it must stand above, with the label o{shown(label)}, in the same subroutine",
+        message = f"o{shown(label)} {word.upper()} with no {keywords[0].upper()}"
+        hint = (
+            self._parted(over, over and labels.border(over.cursor.offset), keywords[0])
+            or f"it must stand above, with the label o{shown(label)}, in the same subroutine"
         )
+        raise BlockError("oword-unmatched", message, "O", hint=hint)
 
     @staticmethod
     def _parted(over: Marked | None, border: Marked | None, keyword: str) -> str:

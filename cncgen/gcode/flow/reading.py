@@ -35,9 +35,8 @@ class LineReader:
         source = self._sources[here.source]
         length = source.line_end(here.offset) - here.offset
         if length > MAX_LINE:
-            raise BlockError(
-                "line-too-long", f"a line of {length} bytes; the longest is {MAX_LINE}", column=1
-            )
+            message = f"a line of {length} bytes; the longest is {MAX_LINE}"
+            raise BlockError("line-too-long", message, column=1)
         return source.text_at(here.offset)
 
     def after(self, here: Cursor) -> Cursor:
@@ -88,10 +87,8 @@ def _behind_leader(ip: Interpreter, source: Source) -> Cursor:
     begin = Cursor(0, first.start(), source.data[: first.start()].count(b"\n") + 1)
     ip.base.block = Block({}, line=1)
     message = f"{begin.line - 1} lines before the % that begins the program are passed over"
-    ip.warn(
-        BlockError("text-before-start", message, column=1, hint="a control reads from the first % on"),
-        Severity.WARNING,
-    )
+    hint = "a control reads from the first % on"
+    ip.warn(BlockError("text-before-start", message, column=1, hint=hint), Severity.WARNING)
     return begin
 
 
@@ -137,12 +134,8 @@ class Percent:
     def line(self, text: str, before: int) -> None:
         """Begin or end the program; `before` is how many bytes of it are read."""
         if self._ip.dialect == "linuxcnc" and not self._stands_alone(text):
-            raise BlockError(
-                "syntax",
-                "a line of % holds nothing else",
-                column=text.index("%") + 1,
-                hint="put the rest in a line",
-            )
+            message = "a line of % holds nothing else"
+            raise BlockError("syntax", message, column=text.index("%") + 1, hint="put the rest in a line")
         if not self._begun and not self._is_late(before):
             self._begun = True
         elif self._begun:

@@ -67,24 +67,16 @@ def end_sub(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Cu
     calls = control.calls
     # A computed label may have changed by the parameters that the subroutine has of its own.
     if not calls.frames or (calls.frame.label != label and not callable(flow.label)):
-        raise BlockError(
-            "oword-unmatched",
-            f"o{shown(label)} ENDSUB with no SUB that was called",
-            "O",
-            hint="SUB and ENDSUB have the same label",
-        )
+        message = f"o{shown(label)} ENDSUB with no SUB that was called"
+        raise BlockError("oword-unmatched", message, "O", hint="SUB and ENDSUB have the same label")
     return calls.leave(flow.arguments)
 
 
 def give_back(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Cursor | None:
     """Handle RETURN: back to the caller."""
     if not control.calls.frames:
-        raise BlockError(
-            "oword-unmatched",
-            "RETURN stands outside a subroutine",
-            "O",
-            hint="M2 or M30 end the main program",
-        )
+        message = "RETURN stands outside a subroutine"
+        raise BlockError("oword-unmatched", message, "O", hint="M2 or M30 end the main program")
     return control.calls.leave(flow.arguments)
 
 
@@ -92,12 +84,9 @@ def call(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Curso
     """Handle CALL: into the subroutine."""
     label = control.label_of(flow)
     if len(flow.arguments) > LOCALS:
-        raise BlockError(
-            "oword-arguments",
-            f"{len(flow.arguments)} arguments; a call takes {LOCALS}",
-            "O",
-            hint="pass more in global parameters: #<_name>, or #31 and above",
-        )
+        message = f"{len(flow.arguments)} arguments; a call takes {LOCALS}"
+        hint = "pass more in global parameters: #<_name>, or #31 and above"
+        raise BlockError("oword-arguments", message, "O", hint=hint)
     parameters = control.ip.parameters
     values = [value if isinstance(value, float) else evaluate(value, parameters) for value in flow.arguments]
     target = control.subroutines.find(label, here).after

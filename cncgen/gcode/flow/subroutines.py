@@ -57,9 +57,8 @@ class Subroutines:
             BlockError: It is missing, it has no end, or its file cannot be used.
         """
         if label in self.unclosed:
-            raise BlockError(
-                "sub-unfinished", f"o{shown(label)} has no ENDSUB: it is not run", "O", hint="see its SUB"
-            )
+            message = f"o{shown(label)} has no ENDSUB: it is not run"
+            raise BlockError("sub-unfinished", message, "O", hint="see its SUB")
         key = label, here.source, keywords
         if key in self._found:
             return self._found[key]
@@ -80,12 +79,8 @@ class Subroutines:
         if found is not None:
             return found
         name = self.sources[source].name
-        raise BlockError(
-            "sub-missing",
-            f"{name} has no o{shown(label)} SUB",
-            "O",
-            hint="the file of a subroutine holds the subroutine of its name",
-        )
+        hint = "the file of a subroutine holds the subroutine of its name"
+        raise BlockError("sub-missing", f"{name} has no o{shown(label)} SUB", "O", hint=hint)
 
     def _file(self, label: Label) -> int:
         """Return the source of the file that holds a subroutine; it must lie in a folder of the search path."""
@@ -97,12 +92,9 @@ class Subroutines:
         if name in self._files:
             return self._files[name]
         if leaves_path(name):
-            raise BlockError(
-                "sub-path",
-                f"the subroutine name <{name}> leads out of the search path",
-                "O",
-                hint="give the bare name, and the folder with --include",
-            )
+            message = f"the subroutine name <{name}> leads out of the search path"
+            hint = "give the bare name, and the folder with --include"
+            raise BlockError("sub-path", message, "O", hint=hint)
         folders = search_path(self._program, self.ip.options.include)
         source = opened(folders, name)
         if source is not None:
@@ -110,12 +102,8 @@ class Subroutines:
             self._files[name] = len(self.sources) - 1
             return self._files[name]
         what = f"program {name}" if self.ip.dialect == "fanuc" else f"subroutine o{shown(label)}"
-        raise BlockError(
-            "sub-missing",
-            f"there is no {what} in the text, and no file of that name in {places(folders)}",
-            "O",
-            hint="--include adds a folder to the search path",
-        )
+        message = f"there is no {what} in the text, and no file of that name in {places(folders)}"
+        raise BlockError("sub-missing", message, "O", hint="--include adds a folder to the search path")
 
 
 def _whole(label: Label, source: int) -> Marked:

@@ -111,10 +111,8 @@ class Contours:
             return moved_aside(moved_aside(way, radius, left), radius, not left)
         except BlockError:
             message = f"arcs of Q8 = {radius:g} do not fit into the corners of {self.name}, which stay sharp"
-            self.ip.warn_once(
-                BlockError("corner-size", message, self.name, hint="a smaller Q8 rounds them"),
-                Severity.WARNING,
-            )
+            hint = "a smaller Q8 rounds them"
+            self.ip.warn_once(BlockError("corner-size", message, self.name, hint=hint), Severity.WARNING)
             return way
 
     def rows(self, allowance: float, levels: tuple[float, ...], out: float) -> None:

@@ -209,21 +209,12 @@ def take_given(ip: Interpreter, number: int, given: Iterable[int]) -> None:
     missing = sorted(reads - named - row.lacking.keys() - row.told.keys())
     if beyond:
         message = f"cycle {number} has no {_listed(beyond, q)} here: it is made as without"
-        ip.warn_once(
-            BlockError("cycle-parameters", message, "CYCL", hint=f"it reads {_named(sorted(reads))}"),
-            Severity.WARNING,
-        )
+        hint = f"it reads {_named(sorted(reads))}"
+        ip.warn_once(BlockError("cycle-parameters", message, "CYCL", hint=hint), Severity.WARNING)
     if missing:
         message = f"cycle {number} is given without {_named(missing)}: the values in force are taken, {_listed(missing, q)}"
-        ip.warn_once(
-            BlockError(
-                "cycle-parameters",
-                message,
-                "CYCL",
-                hint="on the control, CYCL DEF is incomplete without them",
-            ),
-            Severity.WARNING,
-        )
+        hint = "on the control, CYCL DEF is incomplete without them"
+        ip.warn_once(BlockError("cycle-parameters", message, "CYCL", hint=hint), Severity.WARNING)
 
 
 def _named(numbers: Iterable[int]) -> str:

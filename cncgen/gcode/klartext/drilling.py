@@ -259,9 +259,8 @@ def single_lip(cycle: HoleCycle) -> None:
         ip.sink.set_spindle(q[428], turn or 1)
     if 0.0 < q[202] < -q[201]:
         message = f"{cycle.name} drills in one go: how far it comes back between infeeds of Q202 = {q[202]:g} is not read"
-        ip.warn_once(
-            BlockError("cycle-peck", message, "CYCL", hint="cycle 205 drills in infeeds"), Severity.WARNING
-        )
+        hint = "cycle 205 drills in infeeds"
+        ip.warn_once(BlockError("cycle-peck", message, "CYCL", hint=hint), Severity.WARNING)
     cycle.feed(q[206], "Q206")
     if q[435]:
         message = f"the dwell depth Q435 = {q[435]:g} of {cycle.name} is not between the surface and the depth Q201 = {q[201]:g}"

@@ -269,9 +269,8 @@ class Execution(ProgramText):
         if len(found := program.labelled(name)) > 1:
             places = " and ".join(str(program.lines[k].here.line) for k in found)
             message = f"LBL {name} stands {len(found)} times, in lines {places}"
-            raise BlockError(
-                "label-repeated", message, "LBL", hint="a label is set once; give the others other names"
-            )
+            hint = "a label is set once; give the others other names"
+            raise BlockError("label-repeated", message, "LBL", hint=hint)
         message = f"LBL {name} is called, and stands nowhere"
         return self.label(program, name, message, "LBL", f"LBL {name} begins what is run")
 

@@ -121,9 +121,8 @@ def take(ip: Interpreter, block: Block, marks: Mapping[str, Value]) -> None:
         raise BlockError("orientation-vector", message, names[0].upper(), hint="TX+0 TY+0 TZ+1 is along Z")
     if (x or y) and (ip.state.compensation != 40 or {410, 420} & {*block.g}) and 400 not in block.g:
         message = "RL and RR of LN shift the tool square to its direction (peripheral milling in space), which is not read"
-        raise BlockError(
-            "tcp-refused", message, names[0].upper(), hint="R0, and the points of the tool's centre"
-        )
+        hint = "R0, and the points of the tool's centre"
+        raise BlockError("tcp-refused", message, names[0].upper(), hint=hint)
     _point(ip, block, (x, y, z), names[0].upper())
 
 

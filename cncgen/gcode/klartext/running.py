@@ -236,12 +236,8 @@ class HeidenhainRunner(ContourLines):
         """CYCL CALL PAT: run the cycle at each point, at the feed of the block on the way to it."""
         if not self._points:
             message = "CYCL CALL PAT has no pattern to visit"
-            raise BlockError(
-                "cycle-missing",
-                message,
-                "CYCL",
-                hint='PATTERN DEF POS1 (X+10 Y+10 Z+0) or SEL PATTERN "NAME.PNT" stands before it',
-            )
+            hint = 'PATTERN DEF POS1 (X+10 Y+10 Z+0) or SEL PATTERN "NAME.PNT" stands before it'
+            raise BlockError("cycle-missing", message, "CYCL", hint=hint)
         for place, above in self._points:
             block = self._block(at, statement.words)
             block.words |= {"x": place.real, "y": place.imag}

@@ -75,9 +75,8 @@ def write(ip: Interpreter, group: int, number: int, index: int, value: float) ->
     """
     if group != _TABLE or (_RADIUS < number <= _LAST_SIZE and value):
         message = f"FN 17 with ID{group} NR{number} IDX{index} = {value:g} is not read"
-        raise BlockError(
-            "unsupported-block", message, "FN", hint="ID50 (the tool table) is, but for R2, DL, DR and DR2"
-        )
+        hint = "ID50 (the tool table) is, but for R2, DL, DR and DR2"
+        raise BlockError("unsupported-block", message, "FN", hint=hint)
     if number not in (_LENGTH, _RADIUS):
         _warn_of_column(ip, number, "writing it is passed over")
         return

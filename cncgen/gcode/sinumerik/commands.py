@@ -326,12 +326,8 @@ def in_force(motions: Motions, group: int) -> float:
     }.get(group)  # fmt: skip
     if code not in _GROUPS.get(group, ()):
         message = f"$P_GG[{group}] is not read where it is none of G functions with a number that are kept"
-        raise BlockError(
-            "variable-unknown",
-            message,
-            "$P_GG",
-            hint=f"groups {', '.join(map(str, sorted(_GROUPS)))} are read",
-        )
+        hint = f"groups {', '.join(map(str, sorted(_GROUPS)))} are read"
+        raise BlockError("variable-unknown", message, "$P_GG", hint=hint)
     return float(_GROUPS[group].index(code) + 1)
 
 
@@ -432,14 +428,8 @@ def _contour_feed(arcs: str) -> Callable[[Motions], None]:
 def _each_axis_by_itself(motions: Motions) -> None:
     """RTLIOF: in a traverse each axis goes as fast as it can, so that the way is no line (Fundamentals, "RTLION, RTLIOF")."""
     message = "RTLIOF lets each axis traverse by itself; here a traverse goes straight"
-    motions.ip.warn_once(
-        BlockError(
-            "traverse-straight",
-            message,
-            "RTLIOF",
-            hint="the ends are the same, the way between them is not; RTLION goes straight",
-        )
-    )
+    hint = "the ends are the same, the way between them is not; RTLION goes straight"
+    motions.ip.warn_once(BlockError("traverse-straight", message, "RTLIOF", hint=hint))
 
 
 _SWITCHES: dict[str, Callable[[Motions], None]] = {

@@ -238,9 +238,8 @@ def _modes(motions: Motions, name: str, values: Values, index: int, most: Sequen
     hint = "0 is the usual value of each"
     if shape == _SHANK:
         message = f"GMODE = {shape} of {name}: the depth is that of the full diameter on the control, here of the tip"
-        motions.ip.warn_once(
-            BlockError("tool-assumed", message, name, hint="the angle of the tip is not in the tool table")
-        )
+        hint = "the angle of the tip is not in the tool table"
+        motions.ip.warn_once(BlockError("tool-assumed", message, name, hint=hint))
     elif shape:
         message, hint = f"GMODE = {shape} of {name} is not read", "GMODE = 0 is the depth of the tip"
         raise BlockError("not-read", message, name, hint=hint)

@@ -41,11 +41,8 @@ def evaluate(value: Value, variables: Variables) -> Scalar:
 def number(value: Scalar, what: str = "the value") -> float:
     """Return a number; raise where it is a text, or too large for a double."""
     if isinstance(value, str):
-        raise BlockError(
-            "value-kind",
-            f'{what} is the text "{value}", and a number is needed',
-            hint="a text goes into variables of DEF STRING, and MSG",
-        )
+        message = f'{what} is the text "{value}", and a number is needed'
+        raise BlockError("value-kind", message, hint="a text goes into variables of DEF STRING, and MSG")
     if not math.isfinite(value):
         raise BlockError("number-range", f"{what}, {value:g}, is beyond the range of numbers")
     return value
@@ -175,15 +172,10 @@ class Function:
             1 if name in _ONE else 2 if name in _TWO else 3 if name == "BOUND" else _TAKES.get(name, (0,))[0]
         )
         if wanted:
-            raise BlockError(
-                "function-arguments", f"{name} has {count} arguments, and takes {wanted}", name, hint=f"{name} takes {wanted}"
-            )  # fmt: skip
-        raise BlockError(
-            "function-unknown",
-            f"the function {name} is not read",
-            name,
-            hint=f"read are {', '.join([*_ONE, *_TWO, *_TEXTS])}",
-        )
+            message = f"{name} has {count} arguments, and takes {wanted}"
+            raise BlockError("function-arguments", message, name, hint=f"{name} takes {wanted}")
+        hint = f"read are {', '.join([*_ONE, *_TWO, *_TEXTS])}"
+        raise BlockError("function-unknown", f"the function {name} is not read", name, hint=hint)
 
 
 #: The function that looks for a file, whose value the run knows as it knows those of variables.

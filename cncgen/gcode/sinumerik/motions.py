@@ -726,9 +726,8 @@ def _mode_of(name: str, at: Sequence[Scalar], node: Value) -> tuple[str, Value]:
             raise BlockError("axis-mode", message, name, hint="AC() or IC()")
         return function, node.arguments[0] or 0.0
     if function in _UNREAD_MODES:
-        raise BlockError(
-            "not-read", f"{function}() is not read", function, hint="AC, IC, DC, ACP and ACN are"
-        )
+        message = f"{function}() is not read"
+        raise BlockError("not-read", message, function, hint="AC, IC, DC, ACP and ACN are")
     return "", node
 
 

@@ -107,14 +107,12 @@ def _turned(motions: Motions, words: Words) -> Vector:
             f"{missing} is missing" if turns else f"{motions.angles} counts them about axes of machine data"
         )
         message = f"{' '.join(given)}, angles of the tool: {what}"
-        raise BlockError(
-            "not-read", message, next(iter(given)), hint="A3= B3= C3= say the direction without doubt"
-        )
+        hint = "A3= B3= C3= say the direction without doubt"
+        raise BlockError("not-read", message, next(iter(given)), hint=hint)
     if not motions.angles:
         message = "A2 B2 C2 are read as Euler angles: neither ORIEULER nor ORIRPY stands before them"
-        motions.ip.warn_once(
-            BlockError("orientation-angles", message, "A2", hint="machine data 21100 of the control decides")
-        )
+        hint = "machine data 21100 of the control decides"
+        motions.ip.warn_once(BlockError("orientation-angles", message, "A2", hint=hint))
     direction = [0.0, 0.0, 1.0]
     for axis, name in reversed(turns):
         c, s = math.cos(math.radians(given[name])), math.sin(math.radians(given[name]))

@@ -330,12 +330,8 @@ class SinumerikRunner(LanguageRun[Program]):
     def _scope(self, program: Program, arguments: tuple[Any, ...]) -> dict[str, Variable]:
         """Return the variables that a call begins with: the parameters of PROC."""
         if len(arguments) > len(program.formals):
-            raise BlockError(
-                "sub-arguments",
-                f"{program.name} takes {len(program.formals)} arguments, not {len(arguments)}",
-                program.name,
-                hint="PROC lists them",
-            )
+            message = f"{program.name} takes {len(program.formals)} arguments, not {len(arguments)}"
+            raise BlockError("sub-arguments", message, program.name, hint="PROC lists them")
         scope: dict[str, Variable] = {}
         for index, (_, kind, name, by_reference, usual, many) in enumerate(program.formals):
             node = arguments[index] if index < len(arguments) and arguments[index] is not None else usual
@@ -368,12 +364,9 @@ class SinumerikRunner(LanguageRun[Program]):
         for (_, _, name, by_reference, _, many), node in zip(program.formals, arguments, strict=False):
             if by_reference and not many and node is not None:
                 if not isinstance(node, RParameter | expressions.Variable):
-                    raise BlockError(
-                        "sub-arguments",
-                        f"{name} of {program.name} is a variable (VAR), and a value is given",
-                        program.name,
-                        hint="give a variable or R parameter",
-                    )
+                    message = f"{name} of {program.name} is a variable (VAR), and a value is given"
+                    hint = "give a variable or R parameter"
+                    raise BlockError("sub-arguments", message, program.name, hint=hint)
                 found.append((str(name), node))
         return found
 

@@ -136,9 +136,8 @@ def of_solid_angles(values: Mapping[str, float]) -> affine.Matrix:
     """
     if len(values) > 2:
         message = "ROTS turns a plane by two solid angles at most"
-        raise BlockError(
-            "not-read", message, "ROTS", hint="ROT X10 Y20 Z30 turns about one axis after the other"
-        )
+        hint = "ROT X10 Y20 Z30 turns about one axis after the other"
+        raise BlockError("not-read", message, "ROTS", hint=hint)
     if len(values) < 2:
         return affine.made("ROT", dict(values)).matrix
     order = sorted("XYZ".index(axis) for axis in values)

@@ -136,9 +136,8 @@ def of_control(motions: Motions, name: str, values: Values) -> None:
         message = (
             f"parameters {', '.join(map(str, others))} of {name} are not read; the cycle is made as without"
         )
-        motions.ip.warn_once(
-            BlockError("cycle-parameters", message, name, hint="GDEP, FDEP, GST and GUD are 0")
-        )
+        hint = "GDEP, FDEP, GST and GUD are 0"
+        motions.ip.warn_once(BlockError("cycle-parameters", message, name, hint=hint))
     rough = depth - filled(values, 7)
     if cuts <= 0:
         parts = max(rough, 0.0) / first

@@ -39,21 +39,13 @@ class Variable:
         """Return where an element stands; raise where the variable lacks it."""
         wanted = [round(number(index, "an index")) for index in indices]
         if len(wanted) != len(self.bounds):
-            raise BlockError(
-                "variable-index",
-                f"{name} has {len(self.bounds)} indices, not {len(wanted)}",
-                name,
-                hint="DEF gives the bounds",
-            )
+            message = f"{name} has {len(self.bounds)} indices, not {len(wanted)}"
+            raise BlockError("variable-index", message, name, hint="DEF gives the bounds")
         at = 0
         for index, bound in zip(wanted, self.bounds, strict=True):
             if not 0 <= index < bound:
-                raise BlockError(
-                    "variable-index",
-                    f"{name}[{index}]: its indices are 0 to {bound - 1}",
-                    name,
-                    hint="DEF gives the bounds",
-                )
+                message = f"{name}[{index}]: its indices are 0 to {bound - 1}"
+                raise BlockError("variable-index", message, name, hint="DEF gives the bounds")
             at = at * bound + index
         return at
 
@@ -80,19 +72,11 @@ class Store:
         for bound in bounds:
             count *= bound
         if not 1 <= count <= 1_000_000:
-            raise BlockError(
-                "variable-index",
-                f"{name} has {count} elements; an array has 1 to 1000000",
-                name,
-                hint="DEF REAL A[10]",
-            )
+            message = f"{name} has {count} elements; an array has 1 to 1000000"
+            raise BlockError("variable-index", message, name, hint="DEF REAL A[10]")
         if name in self.scopes[-1] or name in AXIS_INDEX or len(name) < 2:
-            raise BlockError(
-                "variable-name",
-                f"{name} is taken: it cannot be a variable",
-                name,
-                hint="take another name of two characters or more",
-            )
+            hint = "take another name of two characters or more"
+            raise BlockError("variable-name", f"{name} is taken: it cannot be a variable", name, hint=hint)
         usual: Scalar = "" if kind in ("STRING", "AXIS") else 0.0
         row = (values + [usual] * count)[:count] if len(values) != 1 or bounds else [values[0]]
         self.scopes[-1][name] = Variable(kind, bounds, [self._kept(kind, name, value) for value in row])
@@ -131,11 +115,8 @@ class Store:
 
     def _number(self, index: float) -> int:
         if not 0 <= index <= MOST_R or index % 1.0:
-            raise BlockError(
-                "parameter-number",
-                f"R{index:g}: R parameters are R0 to R{MOST_R}",
-                hint="its number is whole",
-            )
+            message = f"R{index:g}: R parameters are R0 to R{MOST_R}"
+            raise BlockError("parameter-number", message, hint="its number is whole")
         return int(index)
 
     def value(self, name: str, indices: list[Scalar]) -> Scalar:
@@ -149,12 +130,8 @@ class Store:
             return self._system(name, indices)
         if (name in "XYZABCUVW" or name in frame_variables.PARTS) and not indices:
             return name
-        raise BlockError(
-            "variable-unknown",
-            f"{name} has no value: no DEF gives it one",
-            name,
-            hint=f"DEF REAL {name} at the top of the program; a parameter of PROC has a value where a program calls it",
-        )
+        hint = f"DEF REAL {name} at the top of the program; a parameter of PROC has a value where a program calls it"
+        raise BlockError("variable-unknown", f"{name} has no value: no DEF gives it one", name, hint=hint)
 
     def set_value(self, name: str, indices: list[Scalar], value: Scalar) -> None:
         """Set a variable."""
@@ -167,12 +144,8 @@ class Store:
             return
         variable = self._found(name)
         if variable is None:
-            raise BlockError(
-                "variable-unknown",
-                f"{name} is not a variable, axis or word that is read",
-                name,
-                hint=f"DEF REAL {name} defines a variable",
-            )
+            message = f"{name} is not a variable, axis or word that is read"
+            raise BlockError("variable-unknown", message, name, hint=f"DEF REAL {name} defines a variable")
         variable.values[variable.place(name, indices)] = self._kept(variable.kind, name, value)
 
     def _system(self, name: str, indices: list[Scalar]) -> Scalar:
@@ -191,9 +164,8 @@ class Store:
             return frame_variables.part(self.ip, indices)
         if name in _COUNTERS:
             message = f"{name} is read as 0: the control's times and counters of parts do not run here"
-            self.ip.warn_once(
-                BlockError("counter-stands", message, name, hint="check what the program does with it")
-            )
+            hint = "check what the program does with it"
+            self.ip.warn_once(BlockError("counter-stands", message, name, hint=hint))
             return 0.0
         if tool_data.names(name):
             return self.tools.value(name, indices)
@@ -210,10 +182,6 @@ class Store:
             "$MN_SCALING_SYSTEM_IS_METRIC": 1.0,
         }  # fmt: skip
         if name not in plain:
-            raise BlockError(
-                "variable-unknown",
-                f"the system variable {name} is not read",
-                name,
-                hint=f"read are {', '.join([*_PLACES, *_PLANE_AXES, *plain])}, $P_GG, $P_UIFR, $TC_DP",
-            )
+            hint = f"read are {', '.join([*_PLACES, *_PLANE_AXES, *plain])}, $P_GG, $P_UIFR, $TC_DP"
+            raise BlockError("variable-unknown", f"the system variable {name} is not read", name, hint=hint)
         return plain[name]

@@ -195,12 +195,8 @@ def store(ip: Interpreter, index: int, value: float) -> None:
     elif _is_origin(index):
         _set_origin(ip, index, value)
     elif index in _READERS and index != _TIMER:
-        raise BlockError(
-            "parameter-read-only",
-            f"#{index} tells the control's state: it cannot be set",
-            "#",
-            hint="#100 to #199 and #500 to #999 are free",
-        )
+        message = f"#{index} tells the control's state: it cannot be set"
+        raise BlockError("parameter-read-only", message, "#", hint="#100 to #199 and #500 to #999 are free")
     else:
         if index in _OLD_DATA:
             message = f"#{index} is the radius of a tool on some controls and an origin on others: here it is neither, and nothing moves by it"

@@ -91,17 +91,15 @@ class Parameters:
     def _whole(self, index: float) -> int:
         whole = nearest(index, "the number of a parameter")
         if abs(index - whole) > 1e-4:
-            raise BlockError(
-                "parameter-number", f"#{index:g} does not name a parameter: its number is not whole", "#"
-            )
+            message = f"#{index:g} does not name a parameter: its number is not whole"
+            raise BlockError("parameter-number", message, "#")
         return whole
 
     def _index(self, index: float) -> int:
         whole = self._whole(index)
         if not (0 < whole <= self.last or (whole == 0 and self.vacant)):
-            raise BlockError(
-                "parameter-number", f"parameter #{whole} does not exist: the last is #{self.last}", "#"
-            )
+            message = f"parameter #{whole} does not exist: the last is #{self.last}"
+            raise BlockError("parameter-number", message, "#")
         return whole
 
     def number(self, index: float) -> float:
@@ -110,12 +108,8 @@ class Parameters:
             return self.told(self._whole(index), self._beyond.get(self._whole(index), math.nan))
         whole = self._index(index)
         if whole in POSITION and not self.vacant and self.interpreter.state.compensation != 40:
-            raise BlockError(
-                "comp-refused",
-                f"#{whole} is the position, which cannot be read while cutter compensation is on",
-                "#",
-                hint="read it before G41 or G42",
-            )
+            message = f"#{whole} is the position, which cannot be read while cutter compensation is on"
+            raise BlockError("comp-refused", message, "#", hint="read it before G41 or G42")
         return self.told(whole, self.shown(whole))
 
     def told(self, whole: int, value: float) -> float:
@@ -140,19 +134,14 @@ class Parameters:
             return
         whole = self._index(index)
         if whole == 0:
-            raise BlockError(
-                "parameter-read-only",
-                "#0 never has a value: it cannot be set",
-                "#",
-                hint="#0 takes the value from another parameter: #1=#0",
-            )
+            hint = "#0 takes the value from another parameter: #1=#0"
+            raise BlockError("parameter-read-only", "#0 never has a value: it cannot be set", "#", hint=hint)
         if self.vacant:
             self._system.store(self.interpreter, whole, value)
             return
         if whole in POSITION or TOOL <= whole <= 5413:
-            raise BlockError(
-                "parameter-read-only", f"#{whole} tells the machine's state: it cannot be set", "#"
-            )
+            message = f"#{whole} tells the machine's state: it cannot be set"
+            raise BlockError("parameter-read-only", message, "#")
         self.numbers[whole] = value
 
     def name(self, name: str) -> float:
@@ -173,9 +162,8 @@ class Parameters:
     def set_name(self, name: str, value: float) -> None:
         """Set a named parameter: global where its name begins with ``_``."""
         if name in NAMED:
-            raise BlockError(
-                "parameter-read-only", f"#<{name}> tells the machine's state: it cannot be set", "#"
-            )
+            message = f"#<{name}> tells the machine's state: it cannot be set"
+            raise BlockError("parameter-read-only", message, "#")
         (self.named if name.startswith("_") else self.local)[name] = value
 
     def has(self, name: str) -> bool:

@@ -234,9 +234,8 @@ def arc_tangent(y: Value, x: Value | None, arithmetic: Arithmetic = LINUXCNC) ->
     if x is not None:
         return joined_by(arithmetic.replaced.get(codes.ANGLE_OF, codes.ANGLE_OF), y, x, arithmetic)
     if arithmetic is not FANUC:
-        raise BlockError(
-            "syntax", "ATAN needs two values: ATAN[y]/[x]", "ATAN", hint="ATAN[y]/[1] for the slope y"
-        )
+        message = "ATAN needs two values: ATAN[y]/[x]"
+        raise BlockError("syntax", message, "ATAN", hint="ATAN[y]/[1] for the slope y")
     found = begun(y, arithmetic)
     found.apply(codes.FUNCTION, codes.ARC_OF)
     return found
