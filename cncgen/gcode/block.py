@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Container
 
 from cncgen.gcode.errors import BlockError
 from cncgen.ranges import POSITION
-from cncgen.records import dataclass, field
+from cncgen.records import dataclass, field, replace
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -52,6 +52,18 @@ class Block:
     source: int = 0
     line: int = 0
     offset: int = 0
+
+    def axes(self) -> list[tuple[int, float]]:
+        """Return columns and values of its axis words."""
+        return [(AXIS_INDEX[letter], value) for letter, value in self.words.items() if letter in AXIS_INDEX]
+
+    def only(self, letters: Container[str]) -> dict[str, float]:
+        """Return the words of some letters."""
+        return {letter: value for letter, value in self.words.items() if letter in letters}
+
+    def without(self, letters: Container[str]) -> Block:
+        """Return the block without the words of some letters."""
+        return replace(self, words={k: value for k, value in self.words.items() if k not in letters})
 
     def beside(self, words: dict[str, float], g: tuple[int, ...] = (), m: tuple[int, ...] = ()) -> Block:
         """Return another block that stands where this one does."""

@@ -7,6 +7,7 @@ Source: Kramer et al. (2000), section 3.5.3; turns as in LinuxCNC's manual, "G2,
 from __future__ import annotations
 
 import math
+from functools import partial
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
@@ -24,7 +25,6 @@ from cncgen.gcode.sinks.sink import (
 )
 from cncgen.gcode.state.modal import Stage
 from cncgen.kernels.arc_centres import centre_from_radius
-from cncgen.records import replace
 
 _OFFSETS = "ijk"
 _POLAR = {"@", "^"}
@@ -55,17 +55,8 @@ def tangent_centre(
     return begin + 1j * way * abs(chord) ** 2 / (2.0 * aside), 1 if aside > 0.0 else -1
 
 
-def clockwise(ip: Interpreter, block: Block) -> None:
-    """G2."""
-    _arc(ip, block, clockwise=True)
-
-
-def counter_clockwise(ip: Interpreter, block: Block) -> None:
-    """G3."""
-    _arc(ip, block, clockwise=False)
-
-
 def _arc(ip: Interpreter, block: Block, clockwise: bool) -> None:
+    """G2, G3."""
     state = ip.state
     name = "G2" if clockwise else "G3"
     state.motion = 20 if clockwise else 30
@@ -122,7 +113,7 @@ def _repeat(ip: Interpreter, block: Block, clockwise: bool, name: str) -> None:
     hint = f"on FANUC's controls with spiral interpolation it is one arc of {count} turns; G90 with L is beyond doubt"
     if count > 1:
         ip.warn_once(BlockError("other-control", message, "L", hint=hint))
-    once = replace(block, words={letter: value for letter, value in block.words.items() if letter != "l"})
+    once = block.without("l")
     for _ in range(count):
         ip.budget.count(1, LINE)
         _arc(ip, once, clockwise)
@@ -290,8 +281,8 @@ def check_radii(
 
 _SUMMONS = "xyzabcuvwijk@^"
 CODES = tuple(
-    Code("G", number, "motion", Stage.MOTION, run, f"arc or helix, {way}", _SUMMONS + "rp" + turns, "motion", _SUMMONS, dialects=(dialect,),
-        moves="plane", waits=True)
+    Code("G", number, "motion", Stage.MOTION, partial(_arc, clockwise=right), f"arc or helix, {way}", _SUMMONS + "rp" + turns,
+        "motion", _SUMMONS, dialects=(dialect,), moves="plane", waits=True)
     for dialect, turns in zip(BOTH, ("", "l"), strict=True)
-    for number, run, way in ((20, clockwise, "clockwise"), (30, counter_clockwise, "counter-clockwise"))
+    for number, right, way in ((20, True, "clockwise"), (30, False, "counter-clockwise"))
 )  # fmt: skip

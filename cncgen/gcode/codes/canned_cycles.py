@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Set
 from functools import partial
 
-from cncgen.gcode.block import AXES, AXIS_INDEX, Block
+from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.spindle import TURNS
 from cncgen.gcode.codes.table import IS_CYCLE, Code
@@ -303,7 +303,7 @@ def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
         sticky = Sticky(level=state.position[normal], dwell=sticky.dwell)
     kept = sticky.words if sticky.number == number else {}
     letters = "rpqijk" + AXES[normal]
-    words = {**kept, **{k: v for k, v in block.words.items() if k in letters}}
+    words = {**kept, **block.only(letters)}
     state.cycle = Sticky(number, words, sticky.level, words.get("p", sticky.dwell))
     state.motion = number
     return state.cycle
@@ -387,7 +387,7 @@ def _make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> N
     if not exact:
         ip.sink.set_motion_control_mode(PathMode.EXACT_PATH, None, None)
     check_cut(sticky.words, CYCLES[number].needs, f"G{number / 10:g}")
-    step = Block({k: v for k, v in block.words.items() if AXIS_INDEX.get(k) != normal}, block.g)
+    step = block.without(AXES[normal])
     for _ in range(count):
         end = ip.end_point(step)
         high = max(state.position[normal], hole.clear)

@@ -14,7 +14,7 @@ from collections.abc import Container
 from functools import partial
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import AXES, AXIS_INDEX, Block
+from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.canned_cycles import (
     CYCLES,
     MAX_REPEATS,
@@ -27,12 +27,11 @@ from cncgen.gcode.codes.canned_cycles import (
 )
 from cncgen.gcode.codes.dwell import has_point, seconds_of
 from cncgen.gcode.codes.lathe_fanuc import increments
-from cncgen.gcode.codes.lines import check_feed, has_axis
+from cncgen.gcode.codes.lines import check_feed, need_axis
 from cncgen.gcode.codes.table import IS_CYCLE, LATHE, Code, table
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import ARMED, IN_ROW, PLAIN_MOTIONS, Stage
-from cncgen.records import replace
 from cncgen.toolpath.record import Event
 
 _LETTERS = "rpq"
@@ -229,12 +228,12 @@ def _cycle(ip: Interpreter, block: Block, number: int) -> None:
     pattern = next((row for row in ip.codes.of(block) if row.group == PATTERN), None)
     if pattern is not None:
         # The words of the pattern are its own, and its places take the holes.
-        own = {letter: value for letter, value in block.words.items() if letter not in pattern.takes}
-        idle = next((letter.upper() for letter in own if letter in AXES[3:]), "")
+        own = block.without(pattern.takes)
+        idle = next((letter.upper() for letter in own.words if letter in AXES[3:]), "")
         if idle:
             message = f"{idle} stands beside {pattern.name}, whose holes lie in the plane"
             raise BlockError("unused-word", message, idle, hint=f"{idle} in a block before it leads there")
-        _words_in_force(ip, replace(block, words=own), number)
+        _words_in_force(ip, own, number)
         return
     sticky = _words_in_force(ip, block, number)
     if not block.words.keys().isdisjoint(AXES + "r"):
@@ -271,7 +270,7 @@ def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
         letters += "k"
         text = f"K{block.words['k']:g} of G73 is the depth after which the tool goes back to R, as on Haas's mills"
         _doubt(ip, text, "a number of holes has no decimal point")
-    given = {k: v for k, v in block.words.items() if k in letters}
+    given = block.only(letters)
     if "p" in given:
         given["p"] = seconds_of(ip, block)
     if "e" in given:
@@ -358,7 +357,7 @@ def make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> No
         raise BlockError("cycle-depth", message, "R" if "r" in block.words else depth.upper(), hint=hint)
     clear = max(sticky.level, retract) if state.retract_old else retract
     hole = Hole(ip, block, normal, retract, bottom, clear, words, 0)
-    step = Block({k: v for k, v in block.words.items() if AXIS_INDEX.get(k) != normal}, block.g)
+    step = block.without(depth)
     letter = "k" if "k" in block.words and "k" not in sticky.words else "l"
     for _ in range(repeats(block, letter, 0)):
         hole.across({k: place for k, place in enumerate(ip.end_point(step)) if k != normal})
@@ -371,9 +370,7 @@ def make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> No
 def _tap_to(ip: Interpreter, block: Block, direction: int) -> None:
     """G174 or G184 of Haas's mills: a tap from where the tool stands to a place, along any line, and back."""
     name = f"G{1740 // 10 if direction < 0 else 1840 // 10}"
-    if not has_axis(block):
-        message = f"{name} has no axis word"
-        raise BlockError("axis-missing", message, name, hint="X Y Z are the bottom of the hole")
+    need_axis(block, name, "X Y Z are the bottom of the hole")
     check_feed(ip, block, name)
     start, spindle = ip.state.position.copy(), Hole(ip, block, 2, 0.0, 0.0, 0.0, {}, 0)
     if ip.state.direction != direction:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.interpreter import Interpreter
@@ -13,16 +15,9 @@ def _event(ip: Interpreter) -> Event:
     return Event("coolant", values={"mist": ip.state.mist, "flood": ip.state.flood})
 
 
-def mist(ip: Interpreter, block: Block) -> None:
-    """M7."""
-    ip.state.mist = True
-    ip.sink.call("MIST_ON()", _event(ip))
-
-
-def flood(ip: Interpreter, block: Block) -> None:
-    """M8."""
-    ip.state.flood = True
-    ip.sink.call("FLOOD_ON()", _event(ip))
+def _on(ip: Interpreter, block: Block, name: str) -> None:
+    setattr(ip.state, name, True)
+    ip.sink.call(f"{name.upper()}_ON()", _event(ip))
 
 
 def off(ip: Interpreter, block: Block) -> None:
@@ -33,7 +28,25 @@ def off(ip: Interpreter, block: Block) -> None:
 
 
 CODES = (
-    Code("M", 70, "coolant", Stage.COOLANT, mist, "mist coolant on", waits=True, restores=("mist", True)),
-    Code("M", 80, "coolant", Stage.COOLANT, flood, "flood coolant on", waits=True, restores=("flood", True)),
+    Code(
+        "M",
+        70,
+        "coolant",
+        Stage.COOLANT,
+        partial(_on, name="mist"),
+        "mist coolant on",
+        waits=True,
+        restores=("mist", True),
+    ),
+    Code(
+        "M",
+        80,
+        "coolant",
+        Stage.COOLANT,
+        partial(_on, name="flood"),
+        "flood coolant on",
+        waits=True,
+        restores=("flood", True),
+    ),
     Code("M", 90, "coolant", Stage.COOLANT, off, "coolant off", waits=True, restores=("mist", False)),
 )

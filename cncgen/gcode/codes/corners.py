@@ -285,7 +285,7 @@ class _Corner:
 
     def _tried(self, ip: Interpreter, block: Block) -> _Motion:
         """Return the motion of the next block; raise where it has none in the plane."""
-        words = {letter: value for letter, value in block.words.items() if letter in _WORDS}
+        words = block.only(_WORDS)
         rows = {number: ip.codes.row("G", number) for number in block.g}
         codes = tuple(number for number, row in rows.items() if row is not None and row.group in _GROUPS)
         run = partial(ip.execute, block.beside(words, codes))

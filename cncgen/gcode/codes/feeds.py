@@ -6,6 +6,7 @@ Source: Kramer et al. (2000), sections 2.1.2.5, 3.5.19 and 3.7.1; G95 as in Linu
 from __future__ import annotations
 
 import math
+from functools import partial
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
@@ -65,7 +66,7 @@ def _doubt(ip: Interpreter, block: Block, feed: float) -> None:
         if not ip.feed_mode_said:
             message += "; it is read as mm a minute, since neither G98 nor G99 was said"
             hint = "G98 or G99 says which"
-            _set_mode(ip, 94)
+            set_mode(ip, block, 94)
     else:
         message = f"F{feed:g} is {mm:.3g} mm a minute: 100 mm take {100.0 / mm / 60.0:.1f} hours"
         hint = "a feed a revolution is of G95; --dialect fanuc-lathe reads it so without G95"
@@ -73,7 +74,8 @@ def _doubt(ip: Interpreter, block: Block, feed: float) -> None:
     ip.warn(BlockError("feed-doubtful", message, "F", hint=hint, values=values), Severity.WARNING)
 
 
-def _set_mode(ip: Interpreter, mode: int) -> None:
+def set_mode(ip: Interpreter, block: Block, mode: int) -> None:
+    """G93, G94, G95."""
     ip.feed_mode_said = True
     if ip.dialect == "fanuc" and ip.state.feed_mode == mode:
         # A repeated code changes nothing on FANUC's controls; in RS274/NGC it drops the feed.
@@ -87,26 +89,12 @@ def _set_mode(ip: Interpreter, mode: int) -> None:
         ip.sink.set_feed_rate(0.0)
 
 
-def inverse_time(ip: Interpreter, block: Block) -> None:
-    """G93."""
-    _set_mode(ip, 93)
-
-
-def per_minute(ip: Interpreter, block: Block) -> None:
-    """G94."""
-    _set_mode(ip, 94)
-
-
-def per_revolution(ip: Interpreter, block: Block) -> None:
-    """G95."""
-    _set_mode(ip, 95)
-
-
 CODES = (
     Code("F", 0, "F", Stage.FEED, set_feed, "feed rate", "f"),
-    Code("G", 930, "feed mode", Stage.FEED_MODE, inverse_time, "F is moves per minute (inverse time)", waits=True, without="lathes",
-        restores=("feed_mode", 93)),
-    Code("G", 940, "feed mode", Stage.FEED_MODE, per_minute, "F is units per minute", waits=True, without="lathes", restores=("feed_mode", 94)),
-    Code("G", 950, "feed mode", Stage.FEED_MODE, per_revolution, "F is units per revolution of the spindle",
+    Code("G", 930, "feed mode", Stage.FEED_MODE, partial(set_mode, mode=93), "F is moves per minute (inverse time)", waits=True,
+        without="lathes", restores=("feed_mode", 93)),
+    Code("G", 940, "feed mode", Stage.FEED_MODE, partial(set_mode, mode=94), "F is units per minute", waits=True, without="lathes",
+        restores=("feed_mode", 94)),
+    Code("G", 950, "feed mode", Stage.FEED_MODE, partial(set_mode, mode=95), "F is units per revolution of the spindle",
         refused=("feeds per revolution", TOOL_POINT), without="lathes", restores=("feed_mode", 95)),
 )  # fmt: skip

@@ -12,6 +12,7 @@ from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.codes import affine, tilted_planes
 from cncgen.gcode.codes.dwell import has_point
+from cncgen.gcode.codes.lines import need_axis
 from cncgen.gcode.codes.polar import polar_from
 from cncgen.gcode.codes.table import ROTARY_PATH, Code
 from cncgen.gcode.errors import BlockError
@@ -206,10 +207,8 @@ def no_scaling(ip: Interpreter, block: Block) -> None:
 def mirror(ip: Interpreter, block: Block) -> None:
     """G51.1 X Y Z: mirror about these coordinates."""
     frame = _current(ip)
-    axes = [(AXIS_INDEX[letter], value) for letter, value in block.words.items() if letter in "xyz"]
-    if not axes:
-        raise BlockError("axis-missing", "G51.1 has no axis word", "G51.1", hint="G51.1 X0 mirrors X about 0")
-    frame.mirror.update(axes)
+    need_axis(block, "G51.1", "G51.1 X0 mirrors X about 0")
+    frame.mirror.update(block.axes())
     _change(ip, frame)
 
 
@@ -314,16 +313,18 @@ def polar_off(ip: Interpreter, block: Block) -> None:
 
 
 CODES = (
-    Code("G", 500, "scaling", Stage.COORDINATES, no_scaling, "no scaling", dialects=_FANUC, refused=("changes the frame", ROTARY_PATH),
+    Code("G", 500, "scaling", Stage.COORDINATES, no_scaling, "no scaling", dialects=_FANUC,
+        refused=("changes the frame", ROTARY_PATH), without="lathes"),
+    Code("G", 510, "scaling", Stage.REFERENCE, scaling, "scaling by P, or I J K", "xyzpijk", "own", dialects=_FANUC,
         without="lathes"),
-    Code("G", 510, "scaling", Stage.REFERENCE, scaling, "scaling by P, or I J K", "xyzpijk", "own", dialects=_FANUC, without="lathes"),
     Code("G", 501, "mirror", Stage.REFERENCE, no_mirror, "no mirror image", "xyz", "own", dialects=_FANUC, without="lathes"),
-    Code("G", 1000, "mirror", Stage.REFERENCE, no_mirror, "no mirror image (Haas)", "xyz", "own", dialects=_FANUC, without="lathes"),
+    Code("G", 1000, "mirror", Stage.REFERENCE, no_mirror, "no mirror image (Haas)", "xyz", "own", dialects=_FANUC,
+        without="lathes"),
     Code("G", 1010, "mirror", Stage.REFERENCE, mirror_of_haas, "mirror image about 0 (Haas)", "xyz", "own", dialects=_FANUC,
         without="lathes"),
     Code("G", 511, "mirror", Stage.REFERENCE, mirror, "mirror image", "xyz", "own", dialects=_FANUC, without="lathes"),
-    Code("G", 680, "rotation", Stage.REFERENCE, rotation, "rotation by R degrees", "xyzabijkr", "own", dialects=_FANUC, moves="plane",
-        without="lathes"),
+    Code("G", 680, "rotation", Stage.REFERENCE, rotation, "rotation by R degrees", "xyzabijkr", "own", dialects=_FANUC,
+        moves="plane", without="lathes"),
     Code("G", 690, "rotation", Stage.COORDINATES, no_rotation, "no rotation", dialects=_FANUC, without="lathes"),
     Code("G", 160, "polar", Stage.DISTANCE, polar_on, "polar coordinates", dialects=_FANUC, moves="plane", without="lathes"),
     Code("G", 150, "polar", Stage.DISTANCE, polar_off, "no polar coordinates", dialects=_FANUC, without="lathes"),

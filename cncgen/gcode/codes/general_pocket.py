@@ -56,7 +56,7 @@ def _outline(ip: Interpreter, block: Block) -> list[Segment]:
     with recording(ip, 17) as recorder:
 
         def take(line: Block) -> None:
-            words = {letter: value for letter, value in line.words.items() if letter in _WORDS}
+            words = line.only(_WORDS)
             codes = tuple(code for code in line.g if code in _CODES)
             if words or codes:
                 made = replace(line, words=words, g=codes, m=())
@@ -211,6 +211,7 @@ def _mill(
 
 
 CODES = (
-    Code("G", 1500, "non-modal", Stage.MOTION, pocket, "pocket of any shape, outline in P (Haas)", "xyzijkpqrd", "own", dialects=("fanuc",),
-        takes="d", moves="plane", calls="p", refused=("is a pocket cycle", ROTARY_PATH | TOOL_POINT), without="lathes"),
+    Code("G", 1500, "non-modal", Stage.MOTION, pocket, "pocket of any shape, outline in P (Haas)", "xyzijkpqrd", "own",
+        dialects=("fanuc",), takes="d", moves="plane", calls="p", refused=("is a pocket cycle", ROTARY_PATH | TOOL_POINT),
+        without="lathes"),
 )  # fmt: skip

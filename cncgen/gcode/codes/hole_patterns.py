@@ -100,7 +100,7 @@ def _pattern(ip: Interpreter, block: Block, number: int) -> None:
     if places is _grid:
         _count(words, "k", name, example)
     check_words(ip, block, state.motion, state.cycle.words)
-    centre = ip.end_point(Block({k: v for k, v in words.items() if k in "xy"}, block.g))
+    centre = ip.end_point(Block(block.only("xy"), block.g))
     for at in places(words, count):
         place = [centre[0] + at.real, centre[1] + at.imag]
         if not state.absolute:

@@ -9,8 +9,7 @@ from functools import partial
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
-from cncgen.gcode.codes.lines import has_axis
-from cncgen.gcode.codes.offsets import given_axes
+from cncgen.gcode.codes.lines import has_axis, need_axis
 from cncgen.gcode.codes.table import (
     COMPENSATION,
     GOES_HOME,
@@ -27,7 +26,7 @@ from cncgen.gcode.state.parameters import HOME_28, HOME_30
 
 
 def _go(ip: Interpreter, block: Block, first: int) -> None:
-    axes = {index for index, _ in given_axes(block)} if has_axis(block) else set(range(len(AXES)))
+    axes = {index for index, _ in block.axes()} if has_axis(block) else set(range(len(AXES)))
     _by_way(ip, block, axes, first)
 
 
@@ -56,11 +55,6 @@ def _set(ip: Interpreter, block: Block, first: int) -> None:
     ip.parameters.set_offset(first, ip.machine_position(), ip.table_scale())
 
 
-def first_point(ip: Interpreter, block: Block) -> None:
-    """G28 of FANUC: the axes of the block to the first reference point."""
-    _named_axes(ip, block, "G28", HOME_28)
-
-
 def other_point(ip: Interpreter, block: Block) -> None:
     """G30 P of FANUC: the axes of the block to the second reference point (P3 and P4 are not described)."""
     number = block.words.get("p", 2.0)
@@ -72,11 +66,11 @@ def other_point(ip: Interpreter, block: Block) -> None:
 
 
 def _named_axes(ip: Interpreter, block: Block, name: str, first: int) -> None:
-    axes = {index for index, _ in given_axes(block)}
+    """G28 of FANUC: the axes of the block to the first reference point."""
+    axes = {index for index, _ in block.axes()}
     if not axes:
         if name != "G28":
-            message = f"{name} has no axis word"
-            raise BlockError("axis-missing", message, name, hint=f"G91 {name} Z0 moves Z alone")
+            need_axis(block, name, f"G91 {name} Z0 moves Z alone")
         message = "G28 without an axis word sends all axes, as on Haas's controls; FANUC's do not take it"
         ip.warn_once(BlockError("axis-missing", message, name, hint="G91 G28 Z0 moves Z alone"))
         axes = {0, 2} if ip.lathe else set(range(len(AXES)))
@@ -87,23 +81,16 @@ def _named_axes(ip: Interpreter, block: Block, name: str, first: int) -> None:
 def from_reference(ip: Interpreter, block: Block) -> None:
     """G29 of FANUC: the axes of the block to the point where the last G28 or G30 went by, and on to their words."""
     state = ip.state
-    axes = given_axes(block)
     if state.between is None:
         message = "G29 with no G28 or G30 before it: the point on its way is not known"
         raise BlockError("reference-point", message, "G29", hint="use G0")
-    if not axes:
-        raise BlockError("axis-missing", "G29 has no axis word", "G29", hint="G29 X10 leads X back to 10")
+    need_axis(block, "G29", "G29 X10 leads X back to 10")
     between, end = state.position.copy(), state.position.copy()
-    for index, value in axes:
+    for index, value in block.axes():
         between[index] = state.between[index]
         end[index] = value if state.absolute else between[index] + value
     for point in (between, end):
         ip.go(point, rapid=True)
-
-
-def checked(ip: Interpreter, block: Block) -> None:
-    """G27: traverse to the axis words, where the control looks whether the axes stand at reference point 1."""
-    _placed(ip, block, "G27")
 
 
 def from_one_side(ip: Interpreter, block: Block) -> None:
@@ -121,11 +108,12 @@ def from_one_side(ip: Interpreter, block: Block) -> None:
 
 
 def _placed(ip: Interpreter, block: Block, name: str) -> None:
-    """Traverse to the axis words once, whatever motion is in force."""
-    if not has_axis(block):
-        raise BlockError("axis-missing", f"{name} has no axis word", name, hint=f"{name} X0 Y0")
-    end = ip.end_point(block)
-    ip.go(end, rapid=True)
+    """Traverse to the axis words once, whatever motion is in force.
+
+    By G27 the control looks whether the axes stand at reference point 1 there.
+    """
+    need_axis(block, name, f"{name} X0 Y0")
+    ip.go(ip.end_point(block), rapid=True)
 
 
 _LINUXCNC, _FANUC = ("linuxcnc",), ("fanuc",)
@@ -133,10 +121,10 @@ _SETS_HOME = ("sets a reference point", COMPENSATION | ROTARY_PATH | TOOL_POINT)
 CODES = (
     Code("G", 280, "non-modal", Stage.REFERENCE, partial(_go, first=HOME_28), "to reference point 1", AXES, "own",
         dialects=_LINUXCNC, moves="XYZ", moves_alone=True, refused=GOES_HOME),
-    Code("G", 280, "non-modal", Stage.REFERENCE, first_point, "to reference point 1", AXES, "own", dialects=_FANUC, moves="XYZ",
-        moves_alone=True, refused=GOES_HOME),
-    Code("G", 280, "non-modal", Stage.REFERENCE, first_point, "to reference point 1", AXES, "own", dialects=(LATHE,), moves="XZ",
-        moves_alone=True, refused=GOES_HOME),
+    Code("G", 280, "non-modal", Stage.REFERENCE, partial(_named_axes, name="G28", first=HOME_28), "to reference point 1", AXES,
+        "own", dialects=_FANUC, moves="XYZ", moves_alone=True, refused=GOES_HOME),
+    Code("G", 280, "non-modal", Stage.REFERENCE, partial(_named_axes, name="G28", first=HOME_28), "to reference point 1", AXES,
+        "own", dialects=(LATHE,), moves="XZ", moves_alone=True, refused=GOES_HOME),
     Code("G", 281, "non-modal", Stage.REFERENCE, partial(_set, first=HOME_28), "set reference point 1", refused=_SETS_HOME),
     Code("G", 290, "non-modal", Stage.REFERENCE, from_reference, "by way of the point of the last G28 or G30", AXES, "own",
         dialects=_FANUC),
@@ -145,8 +133,8 @@ CODES = (
     Code("G", 300, "non-modal", Stage.REFERENCE, other_point, "to reference point P (2 where it is left out)", AXES + "p", "own",
         dialects=_FANUC, refused=GOES_HOME),
     Code("G", 301, "non-modal", Stage.REFERENCE, partial(_set, first=HOME_30), "set reference point 2", refused=_SETS_HOME),
-    Code("G", 270, "non-modal", Stage.REFERENCE, checked, "to the axis words, where reference point 1 should be", AXES, "own",
-        dialects=_FANUC),
+    Code("G", 270, "non-modal", Stage.REFERENCE, partial(_placed, name="G27"),
+        "to the axis words, where reference point 1 should be", AXES, "own", dialects=_FANUC),
     Code("G", 600, "non-modal", Stage.REFERENCE, from_one_side, "to the axis words, which the control comes to from one side", AXES,
         "own", dialects=_FANUC),
 )  # fmt: skip

@@ -100,8 +100,7 @@ def thread(ip: Interpreter, block: Block) -> None:
     # J and K are compared as they are written, diameters too.
     for depth in cut.depths(sys.float_info.epsilon * (0.5 if ip.state.diameter else 1.0)):
         _pass(ip, cut, depth)
-    ip.sink.straight_traverse(end)
-    ip.state.position, ip.state.moved = end, True
+    ip.go(end, rapid=True)
 
 
 def _check(ip: Interpreter, words: dict[str, float], half: float) -> None:
@@ -169,22 +168,22 @@ def _pass(ip: Interpreter, cut: Thread, depth: float) -> None:
     end = cut.end + cut.flank * (cut.full - depth)
     run = cut.direction * cut.taper
     slant = cut.pitch * math.hypot(cut.taper, cut.full) / cut.taper if cut.taper else cut.pitch
-    _traverse(ip, drive, start)
+    _go(ip, drive, start, rapid=True)
     if not cut.entry:
-        _traverse(ip, bottom, start)
+        _go(ip, bottom, start, rapid=True)
     sink.call("DISABLE_FEED_OVERRIDE()")
     if cut.entry:
         _synchronise(ip, slant)
-        _feed(ip, drive + cut.peak, start)
-        _feed(ip, bottom, start + run)
+        _go(ip, drive + cut.peak, start)
+        _go(ip, bottom, start + run)
     _synchronise(ip, cut.pitch)
-    _feed(ip, bottom, end - run if cut.exit else end)
+    _go(ip, bottom, end - run if cut.exit else end)
     if cut.exit:
         _synchronise(ip, slant)
-        _feed(ip, bottom + cut.outwards * cut.full, end)
+        _go(ip, bottom + cut.outwards * cut.full, end)
     sink.synchronise(None)
     sink.call("STOP_SPEED_FEED_SYNCH()")
-    _traverse(ip, drive, end)
+    _go(ip, drive, end, rapid=True)
     on = {"what": "feed_override", "on": True}
     sink.call("ENABLE_FEED_OVERRIDE()", Event("override", values=on))
 
@@ -194,19 +193,10 @@ def _synchronise(ip: Interpreter, pitch: float) -> None:
     ip.sink.synchronise(pitch)
 
 
-def _moved(ip: Interpreter, x: float, z: float) -> list[float]:
+def _go(ip: Interpreter, x: float, z: float, *, rapid: bool = False) -> None:
     end = ip.state.position.copy()
     end[_X], end[_Z] = x, z
-    ip.state.position = end
-    return end
-
-
-def _traverse(ip: Interpreter, x: float, z: float) -> None:
-    ip.sink.straight_traverse(_moved(ip, x, z))
-
-
-def _feed(ip: Interpreter, x: float, z: float) -> None:
-    ip.sink.straight_feed(_moved(ip, x, z))
+    ip.go(end, rapid=rapid)
 
 
 CODES = (

@@ -46,7 +46,7 @@ def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
     axis = _MOVES[number][1]
     bottom = (axis, _DEPTHS[axis])
     sticky = row_of_holes(ip, _MOVES, AXIS_INDEX[axis])
-    given = {letter: value for letter, value in block.words.items() if letter in (*bottom, *_KEPT)}
+    given = block.only((*bottom, *_KEPT))
     if "q" in given:
         given["q"] = _step(ip, block)
     if "p" in given:
@@ -121,8 +121,7 @@ def _cycle(ip: Interpreter, block: Block, number: int) -> None:
     words = {**sticky.words, "p": sticky.words.get("p", 0.0)}
     if cycle.needs and words.setdefault("q", retract - bottom or 1.0) <= 0.0:
         raise BlockError("cycle-peck", f"Q{words['q']:g} of {name} must be greater than 0", "Q")
-    placed = {letter: value for letter, value in block.words.items() if letter in _PLACES[axis]}
-    end = ip.end_point(Block(placed, block.g))
+    end = ip.end_point(Block(block.only(_PLACES[axis]), block.g))
     clear = sticky.level if state.retract_old else retract
     hole = Hole(ip, block, normal, retract, bottom, clear, words, 0)
     place = {AXIS_INDEX[letter]: end[AXIS_INDEX[letter]] for letter in _PLACES[axis]}

@@ -8,11 +8,13 @@ Source: FANUC 0i-TD operator's manual B-64304EN-1, sections 4.1 (threads), 8.4 (
 
 from __future__ import annotations
 
+from functools import partial
+
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.cutter_compensation import interrupt
 from cncgen.gcode.codes.dwell import has_point
-from cncgen.gcode.codes.feeds import per_minute, per_revolution
+from cncgen.gcode.codes.feeds import set_mode
 from cncgen.gcode.codes.lathe_words import X, Z
 from cncgen.gcode.codes.lines import has_axis
 from cncgen.gcode.codes.offsets_fanuc import preset_position
@@ -242,9 +244,7 @@ def name_position(ip: Interpreter, block: Block) -> None:
         )
         ip.warn_once(BlockError("other-control", message, "S", hint=hint))
         set_speed(ip, block)
-        block = replace(
-            block, words={letter: value for letter, value in block.words.items() if letter != "s"}
-        )
+        block = block.without("s")
     preset_position(ip, block, "G50")
 
 
@@ -342,37 +342,33 @@ def nothing(ip: Interpreter, block: Block) -> None:
     """Do nothing: the words of a block say it (`lathe_words`), or it is so always."""
 
 
-def to_start(ip: Interpreter, block: Block) -> None:
-    """G98 of systems B and C: cycles of holes end where they began."""
-    ip.state.retract_old = True
-
-
-def to_r(ip: Interpreter, block: Block) -> None:
-    """G99 of systems B and C: cycles of holes end at R."""
-    ip.state.retract_old = False
+def _retract(ip: Interpreter, block: Block, old: bool) -> None:
+    """G98 and G99 of systems B and C: cycles of holes end where they began, or at R."""
+    ip.state.retract_old = old
 
 
 CODES = (
     Code("T", 0, "T", Stage.TOOL, turret, "tool and its offset: T0102 is tool 1 with offset 2", "t", dialects=ONLY,
         refused=("changes the tool", ROTARY_PATH)),
     Code("M", 60, "tool change", Stage.CHANGE, nothing, "no more than T has done: the turret has turned", dialects=ONLY),
-    Code("G", _THREAD, "motion", Stage.MOTION, thread, "line in step with the spindle, F a revolution", "xyzuvwfq", "motion", dialects=ONLY,
-        takes="f", refused=("cuts a thread", ROTARY_PATH | PROFILE)),
-    Code("G", _VARYING, "motion", Stage.MOTION, thread_of_varying_lead, "as G32, the lead F growing by K each turn", "xyzuvwfkq", "motion",
+    Code("G", _THREAD, "motion", Stage.MOTION, thread, "line in step with the spindle, F a revolution", "xyzuvwfq", "motion",
         dialects=ONLY, takes="f", refused=("cuts a thread", ROTARY_PATH | PROFILE)),
+    Code("G", _VARYING, "motion", Stage.MOTION, thread_of_varying_lead, "as G32, the lead F growing by K each turn", "xyzuvwfkq",
+        "motion", dialects=ONLY, takes="f", refused=("cuts a thread", ROTARY_PATH | PROFILE)),
     Code("G", 100, "non-modal", Stage.REFERENCE, set_data, "set a tool's offset, or a coordinate system", "xyzuvwcrqlp", "own",
         dialects=ONLY, refused=CHANGES_OFFSETS),
-    Code("G", 500, "non-modal", Stage.REFERENCE, name_position, "S is the largest speed of G96; X Z U W name the position", "xyzuvws",
-        "own", dialects=ONLY, axis_words="absolute", takes="s", refused=CHANGES_OFFSETS),
-    Code("G", 980, "feed mode", Stage.FEED_MODE, per_minute, "F is units per minute", dialects=ONLY),
-    Code("G", 990, "feed mode", Stage.FEED_MODE, per_revolution, "F is units per revolution of the spindle", dialects=ONLY),
+    Code("G", 500, "non-modal", Stage.REFERENCE, name_position, "S is the largest speed of G96; X Z U W name the position",
+        "xyzuvws", "own", dialects=ONLY, axis_words="absolute", takes="s", refused=CHANGES_OFFSETS),
+    Code("G", 980, "feed mode", Stage.FEED_MODE, partial(set_mode, mode=94), "F is units per minute", dialects=ONLY),
+    Code("G", 990, "feed mode", Stage.FEED_MODE, partial(set_mode, mode=95), "F is units per revolution of the spindle",
+        dialects=ONLY),
     *(
         Code("G", number, group, Stage.DISTANCE, run, text, dialects=_OTHER_SYSTEMS)
         for number, group, run, text in (
             (LATHE_ABSOLUTE, "distance", nothing, "axis words are coordinates"),
             (LATHE_STEPS, "distance", nothing, "axis words are distances"),
-            (LATHE_TO_START, "retract", to_start, "drilling cycles go back to where they began"),
-            (LATHE_TO_R, "retract", to_r, "drilling cycles go back to R"),
+            (LATHE_TO_START, "retract", partial(_retract, old=True), "drilling cycles go back to where they began"),
+            (LATHE_TO_R, "retract", partial(_retract, old=False), "drilling cycles go back to R"),
         )
     ),
 )  # fmt: skip

@@ -43,6 +43,12 @@ def has_axis(block: Block) -> bool:
     return not AXIS_INDEX.keys().isdisjoint(block.words) or "@" in block.words or "^" in block.words
 
 
+def need_axis(block: Block, name: str, hint: str = "") -> None:
+    """Raise where a code has no axis word."""
+    if not has_axis(block):
+        raise BlockError("axis-missing", f"{name} has no axis word", name, hint=hint)
+
+
 def traverse(ip: Interpreter, block: Block) -> None:
     """G0."""
     ip.state.motion = 0

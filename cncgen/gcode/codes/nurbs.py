@@ -120,10 +120,8 @@ def _take_point(ip: Interpreter, block: Block, spline: OpenCurve, opening: bool)
         raise BlockError("nurbs-weight", f"weight R{weight:g} must be above 0", "R")
     here = spline.points[-1] if spline.points else state.position
     point = list(here)
-    for letter, value in words.items():
-        if letter in AXIS_INDEX:
-            index = AXIS_INDEX[letter]
-            point[index] = value if state.absolute else here[index] + value
+    for index, value in block.axes():
+        point[index] = value if state.absolute else here[index] + value
     spline.points.append(point)
     spline.weights.append(weight)
     if opening:

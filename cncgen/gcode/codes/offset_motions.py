@@ -13,7 +13,7 @@ from functools import partial
 
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes.cutter_compensation import tool_of_radius
-from cncgen.gcode.codes.lines import has_axis
+from cncgen.gcode.codes.lines import need_axis
 from cncgen.gcode.codes.table import COMPENSATION, ROTARY_PATH, TOOL_POINT, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -67,8 +67,7 @@ def _moved(ip: Interpreter, block: Block, name: str, times: float) -> None:
     if _ENGRAVING & words.keys():
         message = f"{name} with P, E or R (engraving on Haas's mills) is not read: its letters are strokes of the control's O9876"
         raise BlockError("not-read", message, name, hint="post it as the moves that it makes: G1, G2, G3")
-    if not has_axis(block):
-        raise BlockError("axis-missing", f"{name} has no axis word", name)
+    need_axis(block, name)
     motion = next((number for number in block.g if number in PLAIN_MOTIONS), ip.state.motion)
     if motion not in PLAIN_MOTIONS:
         message = f"{name} in a canned cycle is not read"

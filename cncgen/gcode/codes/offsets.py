@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import math
 
-from cncgen.gcode.block import AXES, AXIS_INDEX, Block
+from cncgen.gcode.block import AXES, Block
+from cncgen.gcode.codes.lines import need_axis
 from cncgen.gcode.codes.table import BOTH, CHANGES_OFFSETS, CHANGES_ORIGIN, CHANGES_SYSTEM, Code, Handler
 from cncgen.gcode.codes.tools import load_tool_parameters, whole
 from cncgen.gcode.errors import BlockError
@@ -45,11 +46,6 @@ def numbered_system(ip: Interpreter, block: Block) -> None:
     message = f"G54.1 P{number} is system {number}, as on Tormach's PathPilot; P1 is G54"
     ip.warn_once(BlockError("other-control", message, "G54.1", hint="LinuxCNC itself has G54 to G59.3"))
     use_system(ip, number)
-
-
-def given_axes(block: Block) -> list[tuple[int, float]]:
-    """Return columns and values of the axis words of a block."""
-    return [(AXIS_INDEX[letter], value) for letter, value in block.words.items() if letter in AXIS_INDEX]
 
 
 def table(ip: Interpreter, block: Block) -> None:
@@ -90,7 +86,7 @@ def _set_system(ip: Interpreter, block: Block, kind: int) -> None:
             raise BlockError("g10-words", "G10 L20 takes no R", "R")
         parameters.numbers[first_parameter(system) + ROTATION] = block.words["r"]
     rotation = parameters.numbers[first_parameter(system) + ROTATION]
-    axes = given_axes(block)
+    axes = block.axes()
     if kind == 2:
         for index, value in axes:
             origin[index] = value
@@ -138,7 +134,7 @@ def _set_tool(ip: Interpreter, block: Block, kind: int) -> None:
         # L11 measures in G59.3, whatever system is in force.
         origin = ip.parameters.offset(first_parameter(SYSTEM_COUNT), scale)
         rotation, g92 = ip.parameters.numbers[first_parameter(SYSTEM_COUNT) + ROTATION], zeros()
-    axes = given_axes(block)
+    axes = block.axes()
     if kind == 1:
         for index, value in axes:
             tool.offset[index] = value / ip.scale_of(index)
@@ -176,23 +172,19 @@ def _tell_tool(ip: Interpreter, tool: Tool, place: int) -> None:
 
 def local(ip: Interpreter, block: Block) -> None:
     """G52: set the offset on top of the coordinate system."""
-    axes = given_axes(block)
-    if not axes:
-        raise BlockError("axis-missing", "G52 has no axis word", "G52", hint="G52 X0 Y0 Z0 ends it")
+    need_axis(block, "G52", "G52 X0 Y0 Z0 ends it")
     offset = ip.state.g92.copy()
-    for index, value in axes:
+    for index, value in block.axes():
         offset[index] = value
     set_g92(ip, offset)
 
 
 def name_position(ip: Interpreter, block: Block) -> None:
     """G92: such an offset that the position gets these coordinates."""
-    axes = given_axes(block)
-    if not axes:
-        raise BlockError("axis-missing", "G92 has no axis word", "G92")
+    need_axis(block, "G92")
     state = ip.state
     offset = state.g92.copy()
-    for index, value in axes:
+    for index, value in block.axes():
         offset[index] += state.position[index] - value
     set_g92(ip, offset)
 
@@ -232,11 +224,12 @@ CODES = (
             dialects=BOTH if k else ("linuxcnc",), refused=CHANGES_SYSTEM, restores=("system", k + 1))
         for k, number in enumerate(SYSTEM_CODES)
     ),
-    Code("G", 541, "coordinates", Stage.COORDINATES, numbered_system, "work coordinate system P (PathPilot)", "p", dialects=("linuxcnc",),
-        refused=CHANGES_SYSTEM),
-    Code("G", 100, "non-modal", Stage.REFERENCE, table, "set a coordinate system or tool", _TABLE_WORDS, "own", dialects=("linuxcnc",),
-        moves="XY", moves_with="r"),
-    Code("G", 520, "non-modal", Stage.REFERENCE, local, "local coordinate system", AXES, "own", dialects=("linuxcnc",), refused=CHANGES_ORIGIN),
+    Code("G", 541, "coordinates", Stage.COORDINATES, numbered_system, "work coordinate system P (PathPilot)", "p",
+        dialects=("linuxcnc",), refused=CHANGES_SYSTEM),
+    Code("G", 100, "non-modal", Stage.REFERENCE, table, "set a coordinate system or tool", _TABLE_WORDS, "own",
+        dialects=("linuxcnc",), moves="XY", moves_with="r"),
+    Code("G", 520, "non-modal", Stage.REFERENCE, local, "local coordinate system", AXES, "own", dialects=("linuxcnc",),
+        refused=CHANGES_ORIGIN),
     Code("G", 920, "non-modal", Stage.REFERENCE, name_position, "name the position", AXES, "own", dialects=("linuxcnc",),
         refused=CHANGES_ORIGIN),
     Code("G", 921, "non-modal", Stage.REFERENCE, clear_position, "forget the offset of G92", "", "own", dialects=("linuxcnc",)),

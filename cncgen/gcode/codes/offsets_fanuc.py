@@ -6,7 +6,8 @@ from functools import partial
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
-from cncgen.gcode.codes.offsets import given_axes, set_g92, use_system
+from cncgen.gcode.codes.lines import need_axis
+from cncgen.gcode.codes.offsets import set_g92, use_system
 from cncgen.gcode.codes.spindle import bound_surface_speed
 from cncgen.gcode.codes.table import CHANGES_OFFSETS, CHANGES_ORIGIN, CHANGES_SYSTEM, Code
 from cncgen.gcode.codes.tools import whole
@@ -149,7 +150,7 @@ def _set_origin(ip: Interpreter, block: Block, system: int) -> None:
     scale = ip.table_scale()
     first = first_parameter(system) if system else EXTERNAL
     origin = ip.parameters.offset(first, scale)
-    for index, value in given_axes(block):
+    for index, value in block.axes():
         origin[index] = value if ip.state.absolute else origin[index] + value
     ip.parameters.set_offset(first, origin, scale)
     if system in (0, ip.state.system):
@@ -160,12 +161,10 @@ def _set_origin(ip: Interpreter, block: Block, system: int) -> None:
 
 def local(ip: Interpreter, block: Block) -> None:
     """G52: a local system within the work coordinate systems, beside the shift of G92."""
-    axes = given_axes(block)
-    if not axes:
-        raise BlockError("axis-missing", "G52 has no axis word", "G52", hint="G52 X0 Y0 Z0 ends it")
+    need_axis(block, "G52", "G52 X0 Y0 Z0 ends it")
     state = ip.state
     offset = state.g92.copy()
-    for index, value in axes:
+    for index, value in block.axes():
         offset[index] += value - state.local[index]
         state.local[index] = value
     set_g92(ip, offset)
@@ -182,7 +181,7 @@ def name_position(ip: Interpreter, block: Block) -> None:
 def preset_position(ip: Interpreter, block: Block, name: str) -> None:
     """Do as G92 does, which lathes call G50."""
     state = ip.state
-    axes = given_axes(block)
+    axes = block.axes()
     if "s" in block.words:
         limit = block.words["s"]
         if limit < 0.0:
@@ -191,9 +190,8 @@ def preset_position(ip: Interpreter, block: Block, name: str) -> None:
         state.speed_limit = limit
         if state.constant_surface is not None:
             bound_surface_speed(ip, limit)
-    elif not axes:
-        hint = f"{name} X0 names the position X0"
-        raise BlockError("axis-missing", f"{name} has no axis word", name, hint=hint)
+    else:
+        need_axis(block, name, f"{name} X0 names the position X0")
     offset = state.g92.copy()
     for index, value in axes:
         offset[index] += state.position[index] - value
@@ -206,7 +204,7 @@ def preset(ip: Interpreter, block: Block) -> None:
     """G92.1: remove the shifts of G92 and G52, in the axes of the block or in all."""
     state = ip.state
     offset = state.g92.copy()
-    for index in [index for index, _ in given_axes(block)] or range(len(AXES)):
+    for index in [index for index, _ in block.axes()] or range(len(AXES)):
         offset[index] = state.local[index] = 0.0
     set_g92(ip, offset)
 

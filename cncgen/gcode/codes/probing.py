@@ -11,7 +11,7 @@ from functools import partial
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.lines import check_feed, has_axis
+from cncgen.gcode.codes.lines import check_feed, need_axis
 from cncgen.gcode.codes.table import COMPENSATION, ROTARY_PATH, TOOL_POINT, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -35,8 +35,7 @@ def _probe(ip: Interpreter, block: Block, tenths: int) -> None:
     name = f"G{tenths / 10:g}"
     state = ip.state
     state.motion = tenths
-    if not has_axis(block):
-        raise BlockError("axis-missing", f"{name} has no axis word", name)
+    need_axis(block, name)
     if state.feed_mode != 94:
         raise BlockError("probe-mode", f"{name} does not go with G{state.feed_mode}", name)
     check_feed(ip, block, name)
@@ -57,8 +56,7 @@ def _probe(ip: Interpreter, block: Block, tenths: int) -> None:
 
 def skip(ip: Interpreter, block: Block) -> None:
     """G31 of FANUC: a line that the skip signal ends, here never; its end is in #5061 and after. R1 of Mitsubishi ramps its speed."""
-    if not has_axis(block):
-        raise BlockError("axis-missing", "G31 has no axis word", "G31")
+    need_axis(block, "G31")
     check_feed(ip, block, "G31")
     end = ip.end_point(block)
     ip.warn_once(BlockError("probe-not-run", "G31 is planned to the programmed point", "G31"), Severity.NOTE)
@@ -75,8 +73,7 @@ def tell(ip: Interpreter, name: str, what: str) -> None:
 
 def middle(ip: Interpreter, block: Block) -> None:
     """G136 of Haas: as G31, the middle between its place and the last one becomes the origin (Haas mill operator's manual, "G136")."""
-    if not has_axis(block):
-        raise BlockError("axis-missing", "G136 has no axis word", "G136")
+    need_axis(block, "G136")
     check_feed(ip, block, "G136")
     ip.go(ip.end_point(block))
     tell(ip, "G136", "the origin")

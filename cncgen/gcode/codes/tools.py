@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from array import array
+from functools import partial
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, AXIS_INDEX, LARGEST, NEXT_TOOL, Block, repeated
@@ -159,16 +160,6 @@ def length(ip: Interpreter, block: Block) -> None:
     use_offset(ip, table_offset(ip, number or in_spindle))
 
 
-def length_fanuc(ip: Interpreter, block: Block) -> None:
-    """G43 H of FANUC: the offset H; H0 removes it."""
-    _length_fanuc(ip, block, 43)
-
-
-def length_back(ip: Interpreter, block: Block) -> None:
-    """G44 H of FANUC: the offset H, the other way."""
-    _length_fanuc(ip, block, 44)
-
-
 def length_number(ip: Interpreter, block: Block) -> None:
     """H of FANUC by itself: the offset that G43 or G44 goes on with, at once where one of them is in force.
 
@@ -204,6 +195,7 @@ def number_in_force(ip: Interpreter, block: Block, name: str) -> int:
 
 
 def _length_fanuc(ip: Interpreter, block: Block, code: int) -> None:
+    """G43 H of FANUC: the offset H, G44 H: the other way; H0 removes it."""
     number = number_in_force(ip, block, f"G{code}")
     ip.state.length_code = code
     sign = 1.0 if code == 43 else -1.0
@@ -244,9 +236,8 @@ def take_length(ip: Interpreter, block: Block, offset: list[float]) -> None:
 def length_given(ip: Interpreter, block: Block) -> None:
     """G43.1: the offset that the axis words give."""
     offset = ip.state.tool_offset.copy()
-    for letter, value in block.words.items():
-        if letter in AXIS_INDEX:
-            offset[AXIS_INDEX[letter]] = value
+    for index, value in block.axes():
+        offset[index] = value
     use_offset(ip, offset)
 
 
@@ -272,21 +263,22 @@ def length_off(ip: Interpreter, block: Block) -> None:
 _BY_NUMBER = ("changes the tool's offset", TOOL_POINT)
 _GIVEN = ("changes the tool's offset", COMPENSATION | TOOL_POINT)
 CODES = (
-    Code("T", 0, "T", Stage.TOOL, select, "tool to be changed in next", "t", refused=("changes the tool", ROTARY_PATH), without="lathes"),
+    Code("T", 0, "T", Stage.TOOL, select, "tool to be changed in next", "t", refused=("changes the tool", ROTARY_PATH),
+        without="lathes"),
     Code("H", 0, "H", Stage.TOOL_LENGTH, length_number, "number of the tool offset", "h", dialects=("fanuc",), without="lathes"),
     Code("M", 60, "tool change", Stage.CHANGE, change, "change to the tool of T", named=(NEXT_TOOL,), after=take_position,
         refused=CHANGES_TOOL, without="lathes"),
     Code("M", _M61, "tool change", Stage.CHANGE, name_tool, "the tool in the spindle is Q", "q", dialects=("linuxcnc",)),
-    Code("G", 430, "tool length", Stage.TOOL_LENGTH, length, "tool offset of tool H", "h", dialects=("linuxcnc",), refused=CHANGES_TOOL_OFFSET,
-        restores=("tool_length", True)),
-    Code("G", 430, "tool length", Stage.TOOL_LENGTH, length_fanuc, "tool offset H", "h", dialects=("fanuc",), takes="h",
-        refused=_BY_NUMBER, without="lathes"),
-    Code("G", 440, "tool length", Stage.TOOL_LENGTH, length_back, "tool offset H, negative", "h", dialects=("fanuc",), takes="h",
-        refused=_BY_NUMBER, without="lathes"),
+    Code("G", 430, "tool length", Stage.TOOL_LENGTH, length, "tool offset of tool H", "h", dialects=("linuxcnc",),
+        refused=CHANGES_TOOL_OFFSET, restores=("tool_length", True)),
+    Code("G", 430, "tool length", Stage.TOOL_LENGTH, partial(_length_fanuc, code=43), "tool offset H", "h", dialects=("fanuc",),
+        takes="h", refused=_BY_NUMBER, without="lathes"),
+    Code("G", 440, "tool length", Stage.TOOL_LENGTH, partial(_length_fanuc, code=44), "tool offset H, negative", "h",
+        dialects=("fanuc",), takes="h", refused=_BY_NUMBER, without="lathes"),
     Code("G", 431, "tool length", Stage.TOOL_LENGTH, length_given, "tool offset in axis words", AXES, "own", refused=_GIVEN,
         without="lathes"),
-    Code("G", 432, "tool length", Stage.TOOL_LENGTH, length_added, "add to the tool offset", AXES + "h", "own", takes="h", refused=_GIVEN,
-        without="lathes"),
-    Code("G", 490, "tool length", Stage.TOOL_LENGTH, length_off, "no tool offset", dialects=("linuxcnc",), refused=CHANGES_TOOL_OFFSET,
-        restores=("tool_length", False)),
+    Code("G", 432, "tool length", Stage.TOOL_LENGTH, length_added, "add to the tool offset", AXES + "h", "own", takes="h",
+        refused=_GIVEN, without="lathes"),
+    Code("G", 490, "tool length", Stage.TOOL_LENGTH, length_off, "no tool offset", dialects=("linuxcnc",),
+        refused=CHANGES_TOOL_OFFSET, restores=("tool_length", False)),
 )  # fmt: skip

@@ -47,13 +47,11 @@ class Lathe:
 
     def rapid(self, point: complex) -> None:
         """Traverse."""
-        end = self._end(point)
-        self.ip.go(end, rapid=True)
+        self.ip.go(self._end(point), rapid=True)
 
     def feed(self, point: complex) -> None:
         """Feed in a straight line."""
-        end = self._end(point)
-        self.ip.go(end)
+        self.ip.go(self._end(point))
 
     def follow(self, segment: Segment, end: complex) -> None:
         """Feed along a segment up to a point of it."""
@@ -109,7 +107,7 @@ def _prepare(ip: Interpreter, block: Block, name: str, swap: bool) -> TurningJob
         raise BlockError("profile-plane", f"{name} works in plane G18, not in G{state.plane}", name)
     number = whole(block, "q", name)
     check_feed(ip, block, name)
-    end = ip.end_point(Block({k: v for k, v in block.words.items() if k in "xz"}))
+    end = ip.end_point(Block(block.only("xz")))
     ip.go(end, rapid=True)
     try:
         profile = read_profile(ip, block, float(number))[1:]

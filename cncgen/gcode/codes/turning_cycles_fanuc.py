@@ -96,7 +96,7 @@ def _profile(ip: Interpreter, block: Block, name: str) -> tuple[list[Segment], b
             nonlocal rapid, away, both
             before, line = len(recorder.segments), turned(ip, written)
             codes = tuple(number for number in line.g if number in PLAIN_MOTIONS)
-            words = {letter: value for letter, value in line.words.items() if letter in _WORDS}
+            words = line.only(_WORDS)
             if codes or words:
                 _execute(ip, replace(line, words=words, g=codes, m=()))
             if rapid is None and (recorder.segments or {"x", "z"} <= words.keys()):

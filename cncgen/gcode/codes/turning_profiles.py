@@ -254,7 +254,7 @@ def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
 
 def _execute(ip: Interpreter, recorder: Recorder, whole: Block) -> list[tuple[float, bool]]:
     """Execute the motion of a block; return its corner: radius of the fillet or chamfer (0: none), whether a fillet."""
-    words = {letter: value for letter, value in whole.words.items() if letter in "xzikr"}
+    words = whole.only("xzikr")
     scale = 2.0 if ip.state.diameter else 1.0
     for letter, axis, column, unit in (("u", "x", 0, scale), ("w", "z", 2, 1.0)):
         if letter in whole.words:

@@ -13,7 +13,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from cncgen.gcode.block import AXIS_INDEX, CIRCLE, POLAR_ARC, POLAR_LINE, RADIUS_ARC, Block, Value, evaluate
+from cncgen.gcode.block import CIRCLE, POLAR_ARC, POLAR_LINE, RADIUS_ARC, Block, Value, evaluate
 from cncgen.gcode.codes.arcs import tangent_centre
 from cncgen.gcode.codes.compensated_sink import CompensatedSink
 from cncgen.gcode.codes.feeds import set_feed
@@ -303,9 +303,8 @@ def take_polar_end(ip: Interpreter, words: dict[str, float]) -> None:
 def tangent_arc(ip: Interpreter, words: dict[str, float]) -> tuple[list[float], complex, int]:
     """Return end, centre and sense of CT: the arc to a point in the direction of the element before."""
     end = ip.state.position.copy()
-    for letter, value in words.items():
-        if letter in AXIS_INDEX:
-            end[AXIS_INDEX[letter]] = value
+    for index, value in Block(words).axes():
+        end[index] = value
     begin, finish = complex(*ip.state.position[:2]), complex(*end[:2])
     hints = ("an L or C block comes before", "write L")
     return end, *tangent_centre(begin, Plain.of(ip).heading, finish, "element", hints)
