@@ -188,7 +188,10 @@ program_options = _gathering(
     _choice("--units", UNITS, "Unit of lengths until G20 or G21 says it; auto: mm, with a note."),
     click.option("--tool-table", metavar="FILE", type=FILE, help="Tool table in LinuxCNC's format."),
     click.option(
-        "--parameters", metavar="FILE", type=FILE, help="Numbered parameters; read, never rewritten."
+        "--parameters",
+        metavar="FILE",
+        type=FILE,
+        help="Numbered parameters, and pins and INI entries by name; read, never rewritten.",
     ),
     _choice(
         "--table-units",

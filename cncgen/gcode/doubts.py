@@ -182,7 +182,7 @@ _ONE_OF_MILLS = replace(
     _ONE_WITHOUT_POINT,
     sign=rb"^(?=(?P<hole>[^(;\n]*G(?:68|7[346]|8[1-9])(?![\d.]))?)(?=(?P<arc>[^(;\n]*G0?[23](?![\d.]))?)"
     + _BEFORE[1:]
-    + rb"(?P<word>[XYZ]%(whole)b|(?(hole)(?:R%(whole)b|Q(?=[ \t]*\d{1,2}(?!\d))%(whole)b)|(?!))|(?(arc)[IJKR]%(whole)b|(?!)))"
+    + rb"(?P<word>[XYZ]%(whole)b|(?(hole)(?:(?<!,)R%(whole)b|Q(?=[ \t]*\d{1,2}(?!\d))%(whole)b)|(?!))|(?(arc)[IJKR]%(whole)b|(?!)))"
     % {b"whole": signs.WHOLE},
 )
 #: Blocks that ``;`` hides, where it stands for the end of a block as in FANUC's manuals.

@@ -578,3 +578,82 @@ def test_points_of_a_pattern_by_steps(run: Run) -> None:
     )
     assert [place[:2] for place in ends(run, text) if place[2] == -2] == [[25, 33.5], [15, 40], [10, 30]]
     assert said(run, "PATTERN DEF POS1 (X+25 IY+3)\n")[0] == ("error", "unsupported-block")
+
+
+@pytest.mark.parametrize(
+    ("lines", "code"),
+    [
+        ("CC X+1 Y+2 F500", "syntax"),
+        ("CC X+1 Y+2 FAUTO", "syntax"),
+        ("TOOL DEF 5 X5", "syntax"),
+        ("TOOL DEF 5 L+10 R+3 F100", "syntax"),
+        ("CYCL DEF 9.0 DWELL\nCYCL DEF 9.1 DWELL 1.5 X5", "not-read"),
+        ("CYCL DEF 9.0 DWELL\nCYCL DEF 9.1 X5", "not-read"),
+        ("CYCL DEF 32.0 TOLERANCE\nCYCL DEF 32.1 T0.05 X5", "not-read"),
+        ("CYCL DEF 19.0 PLANE\nCYCL DEF 19.1 A+0 B+30 C+0 X5", "not-read"),
+        ("CYCL DEF 19.0 PLANE\nCYCL DEF 19.1 IB+30", "not-read"),
+        ("PLANE AXIAL IB+30 STAY", "not-read"),
+        ("PLANE SPATIAL SPA+30 SPB+0 SPC+0 X+5 STAY", "not-read"),
+    ],
+)
+@pytest.mark.parametrize("flow", ["", "LBL 1\n"])
+def test_words_that_a_block_does_not_have(run: Run, flow: str, lines: str, code: str) -> None:
+    """They were passed over in silence; a step IB was taken for no angle."""
+    assert ("error", code) in said(run, f"{flow}TOOL CALL 1 Z S100 F100\n{lines}\nL X+1 FMAX")
+
+
+@pytest.mark.parametrize(
+    ("lines", "code"),
+    [
+        ("PLANE SPATIAL SPA+30 SPB+0 SPC+0 STAY XYZ5", "not-read"),
+        ("CYCL DEF 19.0 PLANE\nCYCL DEF 19.1 A+30 B+0 C+0 ODST50", "not-read"),
+        ("CYCL DEF 32.0 TOLERANCE\nCYCL DEF 32.1 T0.05 XYZ5", "not-read"),
+        ("CYCL DEF 247 DATUM SETTING ~\n Q339=+1 ~\n Q777=+3", "cycle-parameters"),
+        ("CYCL DEF 247 DATUM SETTING", "cycle-parameters"),
+    ],
+)
+def test_words_of_no_known_meaning_are_told(run: Run, lines: str, code: str) -> None:
+    """Names of values may be those of another language of the control (ABST and DIST are one word): they warn."""
+    assert ("warning", code) in said(run, f"{lines}\nL X+1 FMAX")
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        "CYCL DEF 9.0 VERWEILZEIT\nCYCL DEF 9.1 V.ZEIT 1.5",
+        "CYCL DEF 32.0 TOLERANZ\nCYCL DEF 32.1 T0.05\nCYCL DEF 32.2 HSC-MODE:1 TA0.5",
+        "PLANE RESET TURN MB MAX FMAX",
+        "PLANE SPATIAL SPA+0 SPB+0 SPC+0 TURN MB50 F2000 SEQ- COORD ROT",
+        "PLANE SPATIAL SPA+0 SPB+0 SPC+0 MOVE ABST50 F MAX SYM+ TABLE ROT",
+        "CYCL DEF 247 DATUM SETTING ~\n Q339=+1",
+        "TOOL DEF 5",
+        "CC IX+5 IY+0",
+    ],
+)
+def test_words_that_are_known_are_not_told(run: Run, lines: str) -> None:
+    assert not {"not-read", "cycle-parameters", "syntax"} & {
+        code for _, code in said(run, f"{lines}\nL X+1 FMAX")
+    }
+
+
+def test_rotary_axes_turn_at_the_feed_of_the_tool(run: Run) -> None:
+    """FAUTO of PLANE is the feed of TOOL CALL, 500 here: the axes traversed."""
+    kinematics = Kinematics(0, (3, 5), (0.0, 0.0, -100.0))
+    body = "TOOL CALL 1 Z S100 F500\nPLANE SPATIAL SPA-45 SPB+0 SPC+0 TURN {}"
+    told, given = (
+        run(program(body.format(word)), dialect="heidenhain", kinematics=kinematics)
+        for word in ("FAUTO", "F500")
+    )
+    assert told.errors == given.errors == []
+    assert told.path.kind.tolist() == given.path.kind.tolist()
+    assert np.array_equal(told.path.feed, given.path.feed, equal_nan=True)
+    assert np.isfinite(told.path.feed).any()
+
+
+def test_cutting_speed_in_inches_is_told(run: Run, tmp_path: Path) -> None:
+    """VC is in m a minute; a control may count feet a minute in a program in INCH."""
+    table = tmp_path / "t.tbl"
+    table.write_text("T5 P5 D20\n")
+    text = "0 BEGIN PGM A INCH\nTOOL CALL 5 Z S( VC = 120 )\nL X+1 F10 M3\nEND PGM A INCH\n"
+    out = run(text, dialect="heidenhain", tool_table=table)
+    assert any(d.code == "feed-inch" and "VC" in d.message for d in out.diagnostics)

@@ -96,7 +96,7 @@ def test_every_fault_has_help() -> None:
         (
             "#1=#<_hal[x]>",
             "unknown-parameter",
-            "pins and INI entries are the running machine's: none is known here",
+            'pins and INI entries are the running machine\'s: a line "_hal[x] 1000" in the file of --parameters gives one',
         ),
         ("#1=#<_depth>", "unknown-parameter", "set it before it is used"),
         ("G70 X1", "profile-missing", "Q names the subroutine of the profile: G71 Q100 for o100"),

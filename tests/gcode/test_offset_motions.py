@@ -78,7 +78,8 @@ def test_three_quarters_of_a_circle(run: Any, tmp_path: Path) -> None:
         ("G91 G45 G2 X10 Y10 R10 D1 F100", ("unused-word", 3, 20)),
         ("G81 Z-1 R1 F50\nG45 X10 D1", ("not-read", 4, 1)),
         ("G41 D1 G1 X10 F100\nG45 X20", ("comp-refused", 4, 1)),
-        ("G47 P0 X10 Y10 I0 J10 R1 Z-1 E5 F10", ("not-read", 3, 1)),
+        ("G47 P0 X10 Y10 I0 J10 R1 Z-1 E5 F10", ("cycle-words", 3, 1)),
+        ("G47 P1 X10 Y10 I0 J10 R1 Z-1 E5 F10 (0001)", ("not-read", 3, 1)),
         ("G45 D1", ("axis-missing", 3, 1)),
     ],
 )

@@ -61,3 +61,70 @@ def test_speed_of_the_edge_of_a_tool(run: Run, tmp_path: Path) -> None:
     feed = out.path.feed[out.path.kind < 3][-1] * 60.0
     assert feed == pytest.approx(0.1 * 1000.0 * 120.0 / (math.pi * 20.0), rel=1e-12)
     assert [d[0] for d in run(text, dialect="heidenhain").errors] == ["speed-missing"]
+
+
+@pytest.mark.parametrize("words", ["P0 (I-) X10. Y20.", "P0 (I-) X10. Y20. (engraves)"])
+def test_engraving_of_haas(run: Run, words: str) -> None:
+    """G47 P0 (96-8000): I 12 high is a line up from the corner; I90. turns the text about it, Z is the depth, R the height between strokes,
+    E the feed downwards, F that of the letters."""
+    text = f"%\nO1\nG21 G90 G17\nG43 H1 Z5.\nG47 {words} I90. J12. R2. Z-0.5 F300. E60.\nM30\n%\n"
+    out = run(text, dialect="fanuc")
+    assert out.errors == []
+    assert "engraving-letters" in [d.code for d in out.diagnostics]
+    # Strokes of our own letters: I is 12 mm up; - is 3 of the 6 units of its height above the line, 3 units wide, behind a gap of 2 units.
+    moves = [
+        (end, 0.0 if math.isnan(feed) else round(feed * 60.0, 6))
+        for end, feed, kind in zip(
+            out.path.end[:, :3].round(9).tolist(), out.path.feed.tolist(), out.path.kind.tolist(), strict=True
+        )
+        if kind < 3
+    ]
+    assert moves[-9:] == [
+        ([10, 20, 5], 0), ([10, 20, 2], 0), ([10, 20, -0.5], 60), ([-2, 20, -0.5], 300), ([-2, 20, 2], 0), ([4, 24, 2], 0),
+        ([4, 24, -0.5], 60), ([4, 30, -0.5], 300), ([4, 30, 2], 0),
+    ]  # fmt: skip
+
+
+def test_a_character_of_haas(run: Run) -> None:
+    """G47 P45 is the hyphen, 45 in ASCII."""
+    body = "G21 G90 G17\nG43 H1 Z5.\nG47 {} X0. Y0. J6. R2. Z-1. F300.\nM30\n"
+    by_number, by_text = (run(body.format(one), dialect="fanuc") for one in ("P45", "P0 (-)"))
+    assert by_number.errors == []
+    assert by_number.path.end.tolist() == by_text.path.end.tolist()
+
+
+def test_pins_of_the_machine_in_the_parameter_file(run: Run, tmp_path: Path) -> None:
+    """F#<_hal[plasmac.cut-feed-rate]>, as posts for QtPlasmaC write it: a line of --parameters gives what the running machine knows."""
+    path = tmp_path / "p.var"
+    path.write_text("5220 1\n_hal[plasmac.cut-feed-rate] 3000\n_INI[TOOL]Z 7\n")
+    text = "G21 G90\nF#<_hal[plasmac.cut-feed-rate]>\nG1 X5 Z#<_ini[tool]z>\nM2\n"
+    out = run(text, dialect="linuxcnc", parameters=path)
+    assert out.errors == []
+    assert out.path.feed[out.path.kind < 3][-1] * 60.0 == pytest.approx(3000.0)
+    assert out.path.end[out.path.kind < 3][-1, :3].tolist() == [5, 0, 7]
+    assert next(d[0] for d in run(text, dialect="linuxcnc").errors) == "unknown-parameter"
+
+
+@pytest.mark.parametrize("word", [",R0", ",R1"])
+def test_synchronous_tapping_of_mazak(run: Run, word: str) -> None:
+    """,R1 and ,R0 of G84 and G74 say on Mazak's and Mitsubishi's controls whether the spindle follows the feed (M700V, G84): no corner is
+    rounded there, and a whole number beside lengths with a point is none that lacks it."""
+    body = "%\nO1\nG21 G90 G17 G0 X1.5 Y2.5\nS500 M3\nG84 X1. Y1. Z-5. R1. F500{}\nX2.\nG80\nM30\n%\n"
+    own, bare = (run(body.format(one), dialect="fanuc") for one in (word, ""))
+    assert own.errors == []
+    assert own.path.end.tolist() == bare.path.end.tolist()
+    assert [d.code for d in own.diagnostics] == [d.code for d in bare.diagnostics]
+
+
+def test_the_origin_of_mazatrol_is_told(run: Run) -> None:
+    """G53.5 heads programs for Mazak's Integrex; G52.5 ends it."""
+    out = run("%\nO1\nG21 G90\nG54\nG53.5\nG0 X1. Y1.\nG52.5\nM30\n%\n", dialect="fanuc")
+    assert out.errors == []
+    assert "builders-point" in [d.code for d in out.diagnostics if d.severity == "warning"]
+
+
+def test_a_comment_within_a_word(run: Run) -> None:
+    """LinuxCNC's interpreter refuses it too; the comment is closed, and was said to be open."""
+    for line in ("#1=[1+(c)2]", "G1 X(c)5 F100", "#2(c)=3"):
+        [(code, *_)] = run(f"{line}\nM2\n", dialect="linuxcnc").errors[:1]
+        assert code == "syntax"

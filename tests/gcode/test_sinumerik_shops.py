@@ -894,3 +894,23 @@ def test_a_return_to_a_target_is_refused_by_name(run: Run) -> None:
     found = fault(run, 'SUB\nM30\nPROC SUB\nRET("END")\n')
     assert found[0] == "unsupported-block"
     assert "RET with a target" in found[1]
+
+
+@pytest.mark.parametrize(
+    ("head", "end"),
+    [("REAL A, REAL B", [0, 0]), ("REAL A=7, REAL B", [7, 0]), ("VAR REAL A, INT B=3", [0, 3])],
+)
+def test_a_subprogram_that_nothing_calls(run: Run, head: str, end: list[float]) -> None:
+    """A PROC read alone, as of a collection: its parameters have their usual values, or 0, and a warning names those; it was refused."""
+    out = run(f"PROC WEG({head})\nG0 X1 Y1\nG0 X=A Y=B\nRET\n", dialect="sinumerik")
+    assert out.errors == []
+    assert out.path.end[-1, :2].tolist() == end
+    [told] = [d for d in out.diagnostics if d.code == "variable-assumed"]
+    assert ("A" in told.message.split(": ")[1]) == ("A=" not in head)
+
+
+def test_arrays_of_a_subprogram_that_nothing_calls(run: Run) -> None:
+    text = "PROC SUMME(VAR REAL FELD[2,3], REAL TEIL)\nFELD[1,2]=4\nG0 X=FELD[1,2] Y=FELD[0,0]+TEIL\nRET\n"
+    out = run(text, dialect="sinumerik")
+    assert out.errors == []
+    assert out.path.end[-1, :2].tolist() == [4, 0]

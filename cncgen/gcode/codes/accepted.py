@@ -74,6 +74,13 @@ def _sizes_of_x(ip: Interpreter, block: Block, diameters: int) -> None:
         raise BlockError("not-read", message, "G10.9", hint="--dialect chooses between mills and lathes")
 
 
+def of_mazatrol(ip: Interpreter, block: Block) -> None:
+    """G53.5 of Mazak: places count from the origin of the MAZATROL program, which the control alone knows."""
+    message = "G53.5 counts from the origin of MAZATROL, which is not known here: the origin in force stays"
+    hint = "G54 and --parameters say where the part is"
+    ip.warn_once(BlockError("builders-point", message, "G53.5", hint=hint), Severity.WARNING)
+
+
 def rigid(ip: Interpreter, block: Block) -> None:
     """M29: the next row of holes turns the spindle in step with the feed, until G80 or a code of motion."""
     ip.state.rigid = ARMED
@@ -101,6 +108,8 @@ CODES = (
         Code("G", number, "speed check", Stage.SPINDLE, nothing, text, "pqrid", dialects=_FANUC)
         for number, text in ((250, "the spindle's speed is not watched"), (260, "the spindle's speed is watched: accepted, not checked"))
     ),
+    Code("G", 535, "MAZATROL", Stage.COORDINATES, of_mazatrol, "the origin of MAZATROL (Mazak): the one in force stays", dialects=_FANUC),
+    Code("G", 525, "MAZATROL", Stage.COORDINATES, nothing, "end of G53.5 (Mazak)", dialects=_FANUC),
     Code("G", 542, "dynamic fixture", Stage.COORDINATES, no_fixture, "no dynamic fixture offset (P0)", "p", dialects=_FANUC),
     Code("G", 50, "look-ahead", Stage.PATH, look_ahead, _LOOK_AHEAD, "pqr", dialects=_FANUC),
     Code("G", 1030, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD + " (Haas)", "p", dialects=_FANUC),

@@ -13,6 +13,7 @@ from functools import partial
 
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes.cutter_compensation import tool_of_radius
+from cncgen.gcode.codes.engraving_haas import engrave
 from cncgen.gcode.codes.lines import need_axis
 from cncgen.gcode.codes.table import COMPENSATION, ROTARY_PATH, TOOL_POINT, Code
 from cncgen.gcode.errors import BlockError
@@ -65,8 +66,8 @@ def _check_arc(ip: Interpreter, words: dict[str, float], name: str) -> None:
 def _moved(ip: Interpreter, block: Block, name: str, times: float) -> None:
     words = {letter: value for letter, value in block.words.items() if letter not in "dh"}
     if _ENGRAVING & words.keys():
-        message = f"{name} with P, E or R (engraving on Haas's mills) is not read: its letters are strokes of the control's O9876"
-        raise BlockError("not-read", message, name, hint="post it as the moves that it makes: G1, G2, G3")
+        engrave(ip, block)
+        return
     need_axis(block, name)
     motion = next((number for number in block.g if number in PLAIN_MOTIONS), ip.state.motion)
     if motion not in PLAIN_MOTIONS:

@@ -20,7 +20,6 @@ MEANING: dict[tuple[str, int], str] = {
     ("G", 661): "a modal macro called in each block",
     **dict.fromkeys((("G", 683), ("G", 684)), "a tilted working plane"),
     **dict.fromkeys((("G", n) for n in (750, 770, 780, 790)), "a grinding cycle"),
-    ("G", 535): "the coordinates of MAZATROL, on Mazak's controls",
     ("G", 811): "chopping",
     # Of Haas's controls.
     ("G", 1020): "output over RS-232",

@@ -140,6 +140,9 @@ ROWS: dict[int, CycleRow] = {
     258: CycleRow(polygon_stud.polygon, _STUD + " 573 571 222 572 224 220", free=True),
     contour_cycles.WAYS: CycleRow(None, "390 391 392 393 394"),
 }  # fmt: skip
+#: The cycle that chooses a preset, which no call runs.
+PRESET = 247
+_PRESET = CycleRow(None, "339")
 #: Patterns, which run at once.
 PATTERNS = (220, 221)
 #: Cycles that move nothing that is planned: orientation of the spindle; weighing the load, tuning by the machine's builder.
@@ -194,7 +197,7 @@ def take_part(ip: Interpreter, number: int, part: int, text: str) -> None:
 def take_given(ip: Interpreter, number: int, given: Iterable[int]) -> None:
     """Take what a CYCL DEF gives: parameters that it leaves out are those of a control whose cycle lacks them; tell of others that it leaves
     out, and of those that the cycle has not."""
-    row, named = ROWS.get(number), set(given)
+    row, named = _PRESET if number == PRESET else ROWS.get(number), set(given)
     if row is None:
         return
     for parameter, value in row.lacking.items():

@@ -15,7 +15,7 @@ from cncgen.gcode.codes.offsets import set_g92
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.klartext import planes, tables, tilting
+from cncgen.gcode.klartext import planes, tables, tilting, unread
 from cncgen.gcode.text import plain_language
 from cncgen.gcode.text.plain_language import Raw
 from cncgen.records import replace
@@ -117,6 +117,7 @@ class Datums:
             centre = [words.get(f"CC{axis}", 0.0) for axis in "XYZ"]
             self.take(26, _scaled(26, factors, centre, "CYCL DEF 26.1 X1.2 Y0.8; 1 ends it"))
         else:
+            unread.tell(self._ip, "cycle 19", given, {"A", "B", "C"} | tilting.WORDS)
             wanted = tilting.words_of(given, self._now)
             how = "TURN" if wanted.feed or wanted.below else "STAY"
             self._tilt(planes.spatial(planes.of_cycle(words)), replace(wanted, how=how))
@@ -155,6 +156,7 @@ class Datums:
 
     def plane(self, kind: str, words: Sequence[Raw]) -> None:
         """PLANE: a tilted plane, or the end of it (`planes.matrix`)."""
+        unread.tell(self._ip, f"PLANE {kind}", words, tilting.WORDS.union(planes.WORDS.get(kind, ())))
         before = self._frames.get(_TILTED, affine.Frame()).matrix
         kinematics = self._ip.options.kinematics
         machine = None if kinematics is None else (kinematics, carried_planes.positions(self._ip, kinematics))

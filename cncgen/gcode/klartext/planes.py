@@ -16,6 +16,18 @@ from cncgen.machine.kinematics import Kinematics
 Machine = tuple[Kinematics, tuple[float, float]]
 
 
+#: The words that define each kind of plane.
+WORDS: dict[str, tuple[str, ...]] = {
+    "SPATIAL": ("SPA", "SPB", "SPC"),
+    "EULER": ("EULPR", "EULNU", "EULROT"),
+    "RELATIV": ("SPA", "SPB", "SPC"),
+    "RELATIVE": ("SPA", "SPB", "SPC"),
+    "POINTS": tuple(f"P{number}{axis}" for number in "123" for axis in "XYZ"),
+    "VECTOR": ("BX", "BY", "BZ", "NX", "NY", "NZ"),
+    "AXIAL": ("A", "B", "C"),
+}
+
+
 def dwell_s(unit: str, value: float, speed: float) -> float:
     """Return the seconds of FUNCTION DWELL, of whose revolutions the spindle makes `speed` a minute."""
     if unit == "TIME":

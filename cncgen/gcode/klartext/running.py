@@ -13,7 +13,7 @@ from cncgen.gcode.block import AXES
 from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError, Stop
-from cncgen.gcode.klartext import cycles, lines, orientation, planes, points, programs, system_data
+from cncgen.gcode.klartext import cycles, lines, orientation, planes, points, programs, system_data, unread
 from cncgen.gcode.klartext.contour_lines import ContourLines
 from cncgen.gcode.klartext.datums import Datums
 from cncgen.gcode.klartext.executing import INCLUDE, OF_PARAMETERS
@@ -35,7 +35,7 @@ _FUNCTIONS_NOT_READ = {
 }  # fmt: skip
 #: Blocks that end a program that was called.
 _ENDS = ([("m", 2.0)], [("m", 30.0)])
-_FRAMES = (7, 8, 9, 10, 11, 19, 26, 247)
+_FRAMES = (7, 8, 9, 10, 11, 19, 26, cycles.PRESET)
 
 
 class HeidenhainRunner(ContourLines):
@@ -204,8 +204,17 @@ class HeidenhainRunner(ContourLines):
                 except BlockError as error:
                     self._faults.fail(given[following].here, error)
 
-    def _take_parameter(self, statement: Statement, at: int) -> None:
-        self._run_statement(self.frames[-1], at, statement)
+    def _take_parameters(self, frame: Frame, at: int) -> list[int]:
+        """Set the parameters behind a cycle, and return their numbers."""
+        given: list[int] = []
+
+        def take(statement: Statement, following: int) -> None:
+            if statement.kind != "text":
+                given.append(int(statement.data[0]))
+            self._run_statement(self.frames[-1], following, statement)
+
+        self._parameters(frame, at, take)
+        return given
 
     def do_global_def(self, frame: Frame, at: int, statement: Statement) -> None:
         """GLOBAL DEF: keep the values that parameters of cycles take by PREDEF."""
@@ -281,7 +290,7 @@ class HeidenhainRunner(ContourLines):
 
     def _part(self, frame: Frame, at: int, number: int, part: str | None, rest: str) -> None:
         if number == 32:
-            self._plain(at, Statement("block", plain_language.tolerance(rest) if part == "1" else []))
+            self._tolerance(at, rest if part == "1" else None)
         elif number == _CONTOUR_LABELS:
             before = Plain.of(self.ip).labels
             self._take_labels([] if part in (None, "0") else [*before, *lines.labels_of(rest)])
@@ -295,6 +304,12 @@ class HeidenhainRunner(ContourLines):
         else:
             self._define(frame, at, number)
 
+    def _tolerance(self, at: int, rest: str | None) -> None:
+        """32.1: the tolerance of the path; other parts move nothing."""
+        words = plain_language.words_of(rest) if rest is not None else []
+        unread.tell(self.ip, "cycle 32", words, ("T",))
+        self._plain(at, Statement("block", plain_language.tolerance(words) if rest is not None else []))
+
     def _take_labels(self, labels: list[str]) -> None:
         """Take the labels of contours."""
         plain = Plain.of(self.ip)
@@ -304,26 +319,23 @@ class HeidenhainRunner(ContourLines):
         """Take a cycle; a pattern runs once its Q parameters are read."""
         before = Plain.of(self.ip).cycle
         cycles.define(self.ip, number)
-        given: list[int] = []
-
-        def take(statement: Statement, following: int) -> None:
-            if statement.kind != "text":
-                given.append(int(statement.data[0]))
-            self._take_parameter(statement, following)
-
-        self._parameters(frame, at, take)
-        cycles.take_given(self.ip, number, given)
+        cycles.take_given(self.ip, number, self._take_parameters(frame, at))
         if number in cycles.PATTERNS:
             cycles.pattern(self.ip, number, before, self._here(at))
 
     def _frame(self, frame: Frame, at: int, number: int, part: str | None, rest: str) -> None:
         """Frames (`datums`), 9 dwell, 247 preset."""
-        if number == 247:
+        if number == cycles.PRESET:
             self._preset(frame, at)
         elif number == 9:
-            seconds = [v for _, v in plain_language.words_of(rest) if v == v] if part == "1" else []
-            if seconds:
-                self._execute(self._here(at, (40,), {"p": self._now(seconds[0])}))
+            # The name of its value is of the operator's language.
+            given = (
+                [word for word in plain_language.words_of(rest) if word[1] == word[1]] if part == "1" else []
+            )
+            own = {given[0][0]} - {*AXES.upper()} if given else set()
+            unread.tell(self.ip, "cycle 9", given, own)
+            if given:
+                self._execute(self._here(at, (40,), {"p": self._now(given[0][1])}))
         elif part == "1" or (part not in (None, "0") and number != 19):
             self._datums.of_cycle(number, rest)
         elif number == 8:
@@ -375,7 +387,8 @@ class HeidenhainRunner(ContourLines):
 
     def _preset(self, frame: Frame, at: int) -> None:
         """247: the preset Q339; numbers 1 to 9 are the origins G54 to G59.3 of the parameter file. It ends cycles 7, 8, 10, 11 and 26."""
-        self._parameters(frame, at, self._take_parameter)
+        given = self._take_parameters(frame, at)
+        cycles.take_given(self.ip, cycles.PRESET, given)
         self._datums.untransform()
         self._use_preset(round(self._q(339)))
 

@@ -15,7 +15,7 @@ from cncgen.gcode.block import Value
 from cncgen.gcode.codes import affine, carried_planes, tool_point
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.text.plain_language import Raw
+from cncgen.gcode.text.plain_language import Raw, called_feed
 from cncgen.machine.kinematics import Kinematics
 from cncgen.records import dataclass
 
@@ -41,10 +41,35 @@ class Turning:
     table: bool = False
 
 
+#: The words that say it.
+WORDS = frozenset(
+    (
+        "MOVE",
+        "TURN",
+        "STAY",
+        "DIST",
+        "ABST",
+        "F",
+        "FMAX",
+        "FAUTO",
+        "MAX",
+        "AUTO",
+        "MB",
+        "SEQ±",
+        "SYM±",
+        "COORD",
+        "TABLE",
+        "ROT",
+    )
+)
+
+
 def words_of(words: Sequence[Raw], now: Callable[[Value], float]) -> Turning:
     """Return what a PLANE block says of it; `now` gives the present value of a word."""
     names = [name for name, _ in words]
     given = {name: now(value) for name, value in words if value == value}
+    if "FAUTO" in names or names[-2:] == ["F", "AUTO"]:
+        given["F"] = now(called_feed)
     retracts = "MB" in names and "MB" not in given and names[names.index("MB") + 1 :][:1] == ["MAX"]
     return Turning(
         next((name for name in names if name in ("MOVE", "TURN", "STAY")), "STAY"),

@@ -120,7 +120,7 @@ class Program(language_run.Program[Line]):
         labels: Lines by label and by block number.
         other: For a line that opens or closes a loop or branch, the line that it leads to: ELSE or ENDIF of an IF, ENDIF of an
             ELSE, the end of a loop, and the beginning of the loop that an end closes.
-        formals: Parameters of PROC: type, name, whether by reference, usual value, whether an array.
+        formals: Parameters of PROC: type, name, whether by reference, usual value, the bounds of an array or None.
         saves: Whether PROC says SAVE.
         said: The names in the blocks of its text.
     """

@@ -149,8 +149,10 @@ def _given(children: tuple[Any, ...]) -> tuple[Any, ...]:
     return tuple(child for child in children if child is not None)
 
 
-def _formal(var: str | None, kind: str, _: object, name: str, extent: object, usual: Value | None) -> Any:
-    return ("formal", kind.upper(), name.upper(), var is not None, usual, extent is not None)
+def _formal(
+    var: str | None, kind: str, _: object, name: str, extent: tuple[Any, ...] | None, usual: Value | None
+) -> Any:
+    return ("formal", kind.upper(), name.upper(), var is not None, usual, extent)
 
 
 def _jump(goto: str, target: str) -> Item:
@@ -228,7 +230,7 @@ VALUES: dict[str, Callable[..., Any]] = {
     "def_": lambda kind, _, *names: ("def", kind.upper(), names),
     "formal": _formal,
     "formals": lambda *c: _given(c),
-    "extent": lambda *_: ("extent",),
+    "extent": lambda *bounds: ("extent", *bounds),
     "declared": lambda *_: None,
     "proc": lambda name, formals, *attributes: (
         "proc", name.upper(), formals or (), tuple(attribute.upper() for attribute in attributes)

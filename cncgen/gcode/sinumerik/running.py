@@ -19,6 +19,7 @@ from cncgen.gcode.sinumerik.programs import SUFFIXES, Program, programs_of
 from cncgen.gcode.sinumerik.said import file_name
 from cncgen.gcode.sinumerik.variables import Store, Variable
 from cncgen.gcode.text.labels import Cursor
+from cncgen.gcode.text.lanes import empty_block
 from cncgen.gcode.text.search import opened
 
 Frame = language_run.Frame[Program]
@@ -54,8 +55,38 @@ class SinumerikRunner(LanguageRun[Program]):
 
     def _begin(self, main: Program) -> None:
         self.motions.begin(turns=main.said.turns())
+        self._begin_alone(main)
         # The change of a tool; without it T changes at once, as on lathes.
         self.motions.turret = not any(_changes(one) for one in (main, *self._files.values()))
+
+    def _begin_alone(self, main: Program) -> None:
+        """Begin a subprogram that nothing has called: its parameters have their usual values, or 0."""
+        if not main.formals:
+            return
+        lines = (main.lines[k] for k in range(len(main.lines)))
+        here = next(line.here for line in lines if line.statement.kind == "proc")
+        self.ip.base.block = empty_block(here)
+        try:
+            assumed = [name for name in map(self._formal_alone, main.formals) if name]
+        except BlockError as error:
+            self._faults.at(here, error)
+            return
+        if assumed:
+            message = f"nothing calls {main.name}, which has parameters: 0 is taken for {', '.join(assumed)}"
+            hint = "a program that calls it gives them values"
+            self.ip.warn_once(BlockError("variable-assumed", message, "PROC", hint=hint))
+
+    def _formal_alone(self, formal: tuple[Any, ...]) -> str:
+        """Define a parameter that no call gives; return its name where nothing says its value."""
+        _, kind, name, _, usual, extent = formal
+        bounds = tuple(round(self._number(node)) for node in (extent or ("",))[1:] if node is not None)
+        if bounds:
+            self.store.define(kind, name, bounds, [])
+        elif extent is None:
+            zero: Scalar = "" if kind in ("STRING", "AXIS") else 0.0
+            value = zero if usual is None else evaluate(usual, self.store)
+            self.store.scopes[-1][name] = Variable(kind, (), [value])
+        return name if usual is None else ""
 
     def _load(self, index: int, name: str) -> Program:
         """Read the programs of a source; return the first."""

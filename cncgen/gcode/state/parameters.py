@@ -156,7 +156,7 @@ class Parameters:
             return self.local[name]
         hint = "set it before it is used"
         if name.startswith(_OF_THE_MACHINE):
-            hint = "pins and INI entries are the running machine's: none is known here"
+            hint = f'pins and INI entries are the running machine\'s: a line "{name} 1000" in the file of --parameters gives one'
         raise BlockError("unknown-parameter", f"#<{name}> has no value", "#", hint=hint)
 
     def set_name(self, name: str, value: float) -> None:
@@ -189,8 +189,20 @@ class Parameters:
             self.numbers[first + k] = value / (1.0 if 3 <= k <= 5 else scale)
 
 
+def _finite(text: str) -> float:
+    """Return a number.
+
+    Raises:
+        ValueError: It is none, or has no end.
+    """
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError
+    return value
+
+
 def read_parameters(path: Path, parameters: Parameters) -> None:
-    """Read a parameter file: lines of a number and a value.
+    """Read a parameter file: lines of a number and a value; a pin or INI entry (`_hal[plasmac.cut-feed-rate]`) is named in place of a number.
 
     Raises:
         UsageError: Where it cannot be read or a line is wrong; all of them are named.
@@ -202,6 +214,9 @@ def read_parameters(path: Path, parameters: Parameters) -> None:
         if not words or words[0][0] in ";#":
             continue
         try:
+            if words[0].lower().startswith(_OF_THE_MACHINE):
+                parameters.named[words[0].lower()] = _finite(words[1])
+                continue
             number, value = int(words[0]), float(words[1])
             if not (0 < number <= parameters.last and math.isfinite(value)):
                 raise ValueError

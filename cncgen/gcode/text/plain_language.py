@@ -321,7 +321,7 @@ def _m_function(value: Value) -> Raw:
 def _corner(kind: str, size: Value, feed: Value | str = 0.0, *_: Value | str) -> Statement:
     """RND R, CHF: its size, and a feed of its own."""
     if isinstance(feed, str):
-        feed = _called_feed if "AUTO" in feed.upper() else _[0]
+        feed = called_feed if "AUTO" in feed.upper() else _[0]
     return Statement("corner", data=(kind.upper(), size, feed))
 
 
@@ -372,7 +372,7 @@ def _speed(p: Parameters) -> float:
     return p.interpreter.state.speed
 
 
-def _called_feed(p: Parameters) -> float:
+def called_feed(p: Parameters) -> float:
     """Return the feed of the last TOOL CALL that had one, which FAUTO takes."""
     plain = p.interpreter.plain_language
     if plain is None or plain.tool_feed <= 0.0:
@@ -390,7 +390,7 @@ _MEANINGS: dict[str, Callable[[Value], Words]] = {
     **{f"I{letter.upper()}": _step(index) for letter, index in AXIS_INDEX.items()},
     "RL": lambda column: [("g", 41.0)],
     "RR": lambda column: [("g", 42.0)],
-    "FAUTO": lambda column: [("f", _called_feed)],
+    "FAUTO": lambda column: [("f", called_feed)],
     "FU": lambda value: [("f", _of_a_turn(value))],
     "FZ": lambda value: [("f", _of_a_turn(value)), _REMARK, ("remark", 3.0)],
     "DR±": lambda sense: [("dr", sense)],
@@ -462,6 +462,11 @@ def _motion(head: str, *words: Raw) -> Statement:
     if name == "L":
         return _block(line(words), words)
     own, fast = meant(words), _is_fast(words)
+    if name == "CC":
+        feed = next((word for word, _ in words if word in _OF_ONE[0]), None)
+        if feed is not None:
+            message = f"CC moves nothing, and has no {feed}"
+            raise BlockError("syntax", message, feed, hint="the feed stands in the arc behind it")
     if fast and name != "LP":
         column = next(int(value) for name, value in words if name == "FMAX" and isinstance(value, float))
         raise BlockError("syntax", "this is no traverse: FMAX", column=column, hint="F gives its feed")
@@ -551,6 +556,11 @@ def _turns(tool: Value, cutting_speed: Value) -> Value:
         if found is None or found.diameter <= 0.0:
             message = f"VC gives the speed of the edge of tool {number}, whose diameter is not known"
             raise BlockError("speed-missing", message, "S", hint="--tool-table gives it; S1000 is a speed")
+        if ip.state.inches:
+            message = (
+                "VC of a program in INCH is read as metres a minute; a control may count it in feet a minute"
+            )
+            ip.warn_once(BlockError("feed-inch", message, "S", hint="S1000 is a speed without doubt"))
         return (
             1000.0
             * evaluate(cutting_speed, p)
@@ -565,6 +575,12 @@ def _tool_sizes(tool: Value | tuple[Computed] | None, *words: Raw) -> Statement:
     names = {"L": "l_size", "R": "r_size", "R0": "r_size"}
     if isinstance(tool, float) and not tool.is_integer():
         return Statement("block", [_REMARK, ("remark", 7.0)])
+    other = next((name for name, _ in words if name and name not in names), None)
+    if other is not None:
+        message = f"TOOL DEF has no word {other.rstrip('±')}"
+        raise BlockError(
+            "syntax", message, other.rstrip("±"), hint="TOOL DEF 5 L+80 R+4 has length and radius"
+        )
     sizes = {names[name]: value for name, value in words if name in names}
     if not sizes or tool is None or isinstance(tool, tuple):
         return Statement("block")
@@ -588,9 +604,9 @@ def _cycle(head: str, rest: str | None) -> Statement:
     return Statement("cycle", data=(_whole(digits), str(_whole(part)) if part else None, rest or ""))
 
 
-def tolerance(rest: str) -> Words:
-    """Return the words of cycle 32.1, the tolerance of the path."""
-    return [("g", 64.0), *(("p", value) for name, value in words_of(rest) if name == "T")]
+def tolerance(words: Iterable[Raw]) -> Words:
+    """Return what words of cycle 32.1 mean, the tolerance of the path."""
+    return [("g", 64.0), *(("p", value) for name, value in words if name == "T")]
 
 
 def _cycle_call(places: str | None, *words: Raw) -> Statement:

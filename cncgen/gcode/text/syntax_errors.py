@@ -95,6 +95,12 @@ def _comment_error(rest: str, column: int) -> BlockError:
         return BlockError("syntax", "a ) with no comment to close", column=column)
     if "(" in rest[1 : rest.find(")")] and ")" in rest:
         return BlockError("nested-comment", "a comment begins within a comment", column=column)
+    if ")" in rest:
+        message, hint = (
+            "a comment stands within a word or an expression",
+            "comments stand before or behind a word",
+        )
+        return BlockError("syntax", message, column=column, hint=hint)
     return BlockError("open-comment", "a comment ( without its )", column=column, hint="close it on its line")
 
 
