@@ -199,9 +199,10 @@ def _limits(tube: Tube, n: cython.Py_ssize_t) -> _Steps:
             d = 0.0
             along = 0.0
             for i in range(n):
-                y += g[m, i] * dx[k, 3 * i]
-                d += dx[k, 3 * i] * dx[k, 3 * i]
-                along += dx[k, 3 * i] * tube.rows[m, n + i]
+                moved = dx[k, 3 * i] + tube.rows[m, 2 * n + 1] * tube.V[i] * tube.AV[i] * dx[k, 3 * i + 2]
+                y += g[m, i] * moved
+                d += moved * moved
+                along += moved * tube.rows[m, n + i]
             d = (d - along * along) * tube.rows[m, 2 * n] * tube.rows[m, 2 * n]
             steps.primal = _curve(s, y, d, steps.primal)
             tube.dzr[m] = _beside(tube.zr[m], s, y, mu)

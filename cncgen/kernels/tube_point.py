@@ -25,8 +25,8 @@ class Tube:
     """The problem, its current solution, and the working arrays of an iteration. `n` axes (9 at most), `steps` intervals.
 
     `x` and `u` are the first guess and then the solution. Rows of node k are ``first[k]`` to ``first[k + 1]`` of `rows`, each
-    an offset o = (r_k - c)/unit, a direction d (0 for a point) and unit/ρ: |(1 - d dᵀ)(p + o)| unit ≤ ρ. Where `between` is
-    above 0, 1 over a speed, velocities and that speed are bounded between nodes as well: the middle ordinate v + a h/2 of the
+    an offset o = (r_k - c)/unit, a direction d (0 for a point), unit/ρ and b, s²: |(1 - d dᵀ)(p + b a + o)| unit ≤ ρ, where a is not
+    scaled by its limit but by `unit`. Where `between` is above 0, 1 over a speed, velocities and that speed are bounded between nodes as well: the middle ordinate v + a h/2 of the
     parabola of the velocity is, and with those at its ends all of it. The search goes on until no scaled state is missed by `exact`.
 
     Of the point that was measured last: `value`, its cost, `logs`, the sum of the logarithms of its slacks, `missed`, the sum of its
@@ -74,12 +74,13 @@ def _row(
     k: cython.Py_ssize_t,
     x: cython.double[:, ::1],
 ) -> cython.double:
-    """Return the slack 1 - |(1 - d dᵀ)(p + o)|² (unit/ρ)² of a row, and keep it with its gradient."""
+    """Return the slack 1 - |(1 - d dᵀ)(p + b a + o)|² (unit/ρ)² of a row, and keep it with its gradient over p."""
     along: cython.double = 0.0
     s: cython.double = 1.0
     c: cython.double = tube.rows[m, 2 * n] * tube.rows[m, 2 * n]
+    b: cython.double = tube.rows[m, 2 * n + 1]
     for i in range(n):
-        tube.row_slope[m, i] = x[k, 3 * i] + tube.rows[m, i]
+        tube.row_slope[m, i] = x[k, 3 * i] + b * tube.V[i] * tube.AV[i] * x[k, 3 * i + 2] + tube.rows[m, i]
         along += tube.row_slope[m, i] * tube.rows[m, n + i]
     for i in range(n):
         y = tube.row_slope[m, i] - along * tube.rows[m, n + i]

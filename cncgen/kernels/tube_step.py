@@ -76,6 +76,7 @@ def _node(tube: Tube, n: cython.Py_ssize_t, k: cython.Py_ssize_t, delta: cython.
         s = 1.0 / tube.row_slack[m]
         z = tube.zr[m]
         y = 2.0 * z * tube.rows[m, 2 * n] * tube.rows[m, 2 * n]
+        b = tube.rows[m, 2 * n + 1]
         for i in range(n):
             tube.q[k, 3 * i] -= tube.mu * s * tube.row_slope[m, i]
             tube.P[k, 3 * i * (N + 1)] += y
@@ -84,6 +85,8 @@ def _node(tube: Tube, n: cython.Py_ssize_t, k: cython.Py_ssize_t, delta: cython.
                     z * s * tube.row_slope[m, i] * tube.row_slope[m, j]
                     - y * tube.rows[m, n + i] * tube.rows[m, n + j]
                 )
+        if b > 0.0:
+            _bowed(tube, n, k, m, y, b)
     if tube.feed[k] > 0.0:
         s = 1.0 / tube.feed_slack[k]
         z = tube.zf[k]
@@ -96,6 +99,36 @@ def _node(tube: Tube, n: cython.Py_ssize_t, k: cython.Py_ssize_t, delta: cython.
                 tube.P[k, (3 * i + 1) * N + 3 * j + 1] += (
                     z * s * tube.feed_slope[k, i] * tube.feed_slope[k, j]
                 )
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _bowed(
+    tube: Tube,
+    n: cython.Py_ssize_t,
+    k: cython.Py_ssize_t,
+    m: cython.Py_ssize_t,
+    y: cython.double,
+    b: cython.double,
+) -> cython.void:
+    """Add what a row of p + b a has over the accelerations, beside its part over the positions, y of which is across its direction."""
+    N: cython.Py_ssize_t = 3 * n
+    s: cython.double = 1.0 / tube.row_slack[m]
+    for i in range(n):
+        g = b * tube.V[i] * tube.AV[i]
+        tube.q[k, 3 * i + 2] -= tube.mu * s * tube.row_slope[m, i] * g
+        for j in range(i + 1):
+            z = (
+                tube.zr[m] * s * tube.row_slope[m, i] * tube.row_slope[m, j]
+                - y * tube.rows[m, n + i] * tube.rows[m, n + j]
+                + (y if i == j else 0.0)
+            )
+            f = b * tube.V[j] * tube.AV[j]
+            tube.P[k, (3 * i + 2) * N + 3 * j] += z * g
+            tube.P[k, (3 * i + 2) * N + 3 * j + 2] += z * g * f
+            if j < i:
+                tube.P[k, 3 * i * N + 3 * j + 2] += z * f
 
 
 @cython.cfunc

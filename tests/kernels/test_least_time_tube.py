@@ -41,12 +41,14 @@ def random_problem(seed: int, n: int, steps: int, held: bool) -> tuple[SimpleNam
     rng = np.random.default_rng(seed)
     count = rng.integers(0, 3, steps + 1)
     count[[0, -1]] = 0
-    rows = np.zeros((count.sum(), 2 * n + 1))
+    rows = np.zeros((count.sum(), 2 * n + 2))
     rows[:, :n] = rng.uniform(-0.4, 0.4, (len(rows), n))
     rows[:, n : 2 * n] = rng.normal(size=(len(rows), n))
     rows[:, n : 2 * n] /= np.linalg.norm(rows[:, n : 2 * n], axis=1)[:, None]
     rows[rng.random(len(rows)) < 0.3, n : 2 * n] = 0.0
-    rows[:, -1] = rng.uniform(0.5, 1.0, len(rows))
+    rows[:, -2] = rng.uniform(0.3, 0.5, len(rows))
+    # By 0.1 of what a limit of acceleration counts for at most.
+    rows[:, -1] = np.where(rng.random(len(rows)) < 0.5, rng.uniform(0.0, 5e-5, len(rows)), 0.0)
     x = rng.uniform(-0.5, 0.5, (steps + 1, n, 3))
     u = rng.uniform(-0.8, 0.8, (steps, n + 1))
     u[:, -1] = rng.uniform(0.5, 2.0, steps)
@@ -128,9 +130,9 @@ class Dense:
             for i in range(n):
                 out += [1 + x[k, i, 1], 1 - x[k, i, 1], 1 + x[k, i, 2], 1 - x[k, i, 2]]
             for row in p.rows[p.first[k] : p.first[k + 1]]:
-                away = x[k, :, 0] + row[:n]
-                away = away - (away * row[n:-1]).sum() * row[n:-1]
-                out.append(1 - (away**2).sum() * row[-1] ** 2)
+                away = x[k, :, 0] + row[-1] * p.A * x[k, :, 2] + row[:n]
+                away = away - (away * row[n:-2]).sum() * row[n:-2]
+                out.append(1 - (away**2).sum() * row[-2] ** 2)
             if p.feed[k] > 0:
                 out.append(1 - (p.weight * (p.V * x[k, :, 1] * p.feed[k]) ** 2).sum())
         for k in np.flatnonzero(p.between > 0).tolist():
@@ -260,7 +262,10 @@ def test_compiled_finds_the_same_as_plain_python(plain: SimpleNamespace) -> None
     direction = np.where(way[:, None] < 0.0, [1.0, 0.0], [0.0, 1.0])
     direction[steps // 2] = 0.0
     inner = slice(1, steps)
-    rows = np.concatenate([np.zeros((steps - 1, 2)), direction[inner], np.ones((steps - 1, 1))], axis=1)
+    rows = np.concatenate(
+        [np.zeros((steps - 1, 2)), direction[inner], np.ones((steps - 1, 1)), np.zeros((steps - 1, 1))],
+        axis=1,
+    )
     x = np.zeros((steps + 1, 2, 3))
     x[inner, :, 1] = 0.1 * tangent[inner]
     u = np.zeros((steps, 3))

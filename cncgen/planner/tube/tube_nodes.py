@@ -15,8 +15,8 @@ from cncgen.planner.tube.reference_path import Grid, Reference
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
-#: Rows of room: centres, directions, radii, and the tolerances that these are of.
-_Band = tuple[Floats, Floats, Floats, Floats]
+#: Rows of room: centres, directions, radii, the tolerances that these are of, and whether chords are meant.
+_Band = tuple[Floats, Floats, Floats, Floats, Floats]
 
 #: Time between nodes, as a part of (P/J)^(1/3), the time in which full jerk crosses the tolerance; beside corners the second part.
 SPACING = 0.7, 0.34
@@ -38,6 +38,8 @@ _BESIDE_REST = 128.0
 _SLIGHT = 0.15
 #: Rows go back where the chord between their unit tangents is longer, just beyond a right angle.
 _GOES_BACK = 1.42
+#: Chords at corners have room where these turn by more, rad, and chords may be off the motion by more than this part of the tolerance.
+_BOWED, _SAGS = 1e-3, 0.004
 #: Part of the room at which the plan is where it would be outside.
 _TAKEN = 0.9
 #: Where joints are so many times as far apart as the plan goes between them, it cuts off what lies there; nodes that the motion has on it.
@@ -66,6 +68,8 @@ class Nodes:
         count: Shape (k,): rows of room.
         centre, direction: Shape (rooms, n).
         radius, allowed: Shape (rooms,): room, and the tolerance that it is of.
+        chord: Shape (rooms,): 1 where the room is that of the middle of the chord between setpoints half a period before and after
+            the node, 0 where it is that of the node.
     """
 
     s: Floats
@@ -86,6 +90,7 @@ class Nodes:
     direction: Floats
     radius: Floats
     allowed: Floats
+    chord: Floats
 
     def __len__(self) -> int:
         return len(self.s)
@@ -105,7 +110,7 @@ class Nodes:
         )
 
 
-_ROOMS = ("centre", "direction", "radius", "allowed")
+_ROOMS = ("centre", "direction", "radius", "allowed", "chord")
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,6 +140,11 @@ class Scales:
     def floor(self, tolerance: float) -> float:
         """Return a speed with which strong axes pass any corner, mm/s."""
         return 2.0 * float(elementary.cbrt(tolerance**2 * self.jerk))
+
+    @property
+    def sagitta(self) -> float:
+        """How far from the motion the middle of a chord between setpoints may be, by the acceleration of one axis, mm."""
+        return self.acceleration * self.period_s**2 / 8.0
 
 
 def borders_of(program: Programmed, first: int, places: Floats, speed: Floats, scales: Scales) -> Bools:
@@ -208,7 +218,7 @@ def nodes_of(
     feeds[inner] = np.minimum(feeds[inner], feed[found[inner] + 1])
     near = program.nearest(point, first + found, part)
     loose, looser = _loose(program, own, node, vertex - first, scales.part * tolerance[found], near[1])
-    rooms = _rooms(program, own, places, node, vertex, near, found, part, point, tangent, scales.part)
+    rooms = _rooms(program, own, places, node, vertex, near, found, part, point, tangent, scales)
     without = np.where(looser[:, None], 0.0, tangent)
     tangent[loose] = 0.0
     when = np.interp(node, grid.s, grid.t)
@@ -394,11 +404,12 @@ def _rooms(
     part: Floats,
     point: Floats,
     tangent: Floats,
-    used: float,
-) -> tuple[Ints, Floats, Floats, Floats, Floats]:
-    """Return how many rows of room each node has, and their centres, directions, radii and tolerances, all for a part that is used.
+    scales: Scales,
+) -> tuple[Ints, Floats, Floats, Floats, Floats, Floats]:
+    """Return how many rows of room each node has, and of them what `_Band` says, all for the part of the tolerance that is used.
 
-    Each has the band about the line of its row; at a sharp corner it has those of both rows beside the ball about the corner.
+    Each has the band about the line of its row; at a sharp corner it has those of both rows beside the ball about the corner. There
+    chords between setpoints cut the corner off, so they have the room about it as well.
     """
     tolerance = program.column("tolerance")[own]
     centre, direction = near
@@ -407,15 +418,17 @@ def _rooms(
     cosine = np.abs((direction * tangent).sum(axis=1))
     along = radius * np.sqrt(np.maximum(1.0 - cosine**2, 0.0)) / np.maximum(cosine, 1e-9)
     direction[along > _left(program, own, found, part) + radius] = 0.0
-    band = centre, direction, radius, allowed
+    band = centre, direction, radius, allowed, np.zeros(len(node))
     _about_skipped(program, own, places, node, band)
     sharp, *bands = _at_corners(program, own, vertex, found, band)
-    key = np.argsort(np.concatenate([np.arange(len(node)), sharp, sharp]), kind="stable")
-    centres, directions, radii, tolerances = (
-        np.concatenate(each)[key] for each in zip(band, *bands, strict=True)
+    bowed, chords = _of_chords(program, own, vertex, found, tangent, scales)
+    key = np.argsort(np.concatenate([np.arange(len(node)), sharp, sharp, bowed]), kind="stable")
+    centres, directions, radii, tolerances, chord = (
+        np.concatenate(each)[key] for each in zip(band, *bands, chords, strict=True)
     )
     counts = np.ones(len(node), np.int64)
     counts[sharp] += 2
+    counts[bowed] += 1
     where = np.repeat(point, counts, axis=0)
     # Where rows fold within the tolerance, the plan may go along another one than this node's. It is within the tolerance, so the room
     # takes it in; the judge looks at all rows.
@@ -424,12 +437,13 @@ def _rooms(
     far = np.sqrt((away**2).sum(axis=1))
     outside = np.where(far > radii, 1.0 - _TAKEN * radii / np.maximum(far, 1e-300), 0.0)
     centres += outside[:, None] * away
-    return counts, nearer(centres, where, used), directions, used * radii, used * tolerances
+    used = scales.part
+    return counts, nearer(centres, where, used), directions, used * radii, used * tolerances, chord
 
 
 def _about_skipped(program: Programmed, own: slice, places: Floats, node: Floats, band: _Band) -> None:
     """Move the bands of nodes beside corners that have none to the middle of the corners' deviations from their lines, and narrow them."""
-    centre, direction, radius, _ = band
+    centre, direction, radius, *_ = band
     inner = slice(1, len(places) - 1)
     interval = np.searchsorted(node, places[inner], side="left")
     skipped = (interval < len(node)) & (node[np.minimum(interval, len(node) - 1)] != places[inner])
@@ -454,7 +468,7 @@ def _at_corners(
 
     At a slight corner the ball takes the place of both bands.
     """
-    centre, direction, radius, allowed = band
+    centre, direction, radius, allowed, _ = band
     start, entry, leave, tolerance, feed = (
         program.column(name)[own] for name in ("start", "entry", "leave", "tolerance", "feed")
     )
@@ -469,8 +483,29 @@ def _at_corners(
     centre[ball], direction[ball], allowed[ball] = start[after[bent]], 0.0, narrow[bent]
     radius[ball] = narrow[bent] * np.where(slight[bent], np.cos(0.5 * turn[bent]), 1.0)
     at, room = start[after[~slight]], narrow[~slight]
-    one, other = ((at, each[~slight], room, room) for each in (leave[before], entry[after]))
+    still = np.zeros(len(room))
+    one, other = ((at, each[~slight], room, room, still) for each in (leave[before], entry[after]))
     return corner[~slight], one, other
+
+
+def _of_chords(
+    program: Programmed, own: slice, vertex: Ints, found: Ints, tangent: Floats, scales: Scales
+) -> tuple[Ints, _Band]:
+    """Return the nodes at corners, and the room of chords there: that about the corner, across the way where this does not turn back.
+
+    There are none where chords are so near the motion that judging it tells enough.
+    """
+    start, entry, leave, tolerance = (
+        program.column(name)[own] for name in ("start", "entry", "leave", "tolerance")
+    )
+    corner = np.flatnonzero((vertex >= 0) & (found + 1 < len(tolerance)))
+    before, after = found[corner], found[corner] + 1
+    narrow = np.minimum(tolerance[before], tolerance[after])
+    turn = np.sqrt(((entry[after] - leave[before]) ** 2).sum(axis=1))
+    bowed = (turn >= _BOWED) & (scales.sagitta > _SAGS * scales.part * narrow)
+    way = np.where((turn > _GOES_BACK)[:, None], 0.0, tangent[corner])[bowed]
+    room = narrow[bowed]
+    return corner[bowed], (start[after[bowed]], way, room, room, np.ones(len(room)))
 
 
 def _left(program: Programmed, own: slice, row: Ints, part: Floats) -> Floats:

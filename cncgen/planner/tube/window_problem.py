@@ -81,6 +81,7 @@ class Problem:
         first: Shape (N + 2,): rows of node k are first[k] … first[k + 1].
         centre, direction: Shape (rows, n): a line through a point, or a point (direction 0).
         radius: Shape (rows,): how near the node is to it, mm.
+        bow: Shape (rows,): time squared, s², that the acceleration counts for: place p + bow a is that near, p itself where it is 0.
         feed: Shape (N + 1,): speed over the weighed axes, infinite for none.
         longest: Shape (N,): most of the time between nodes, s; a guess that takes nearly as long may take half of its own more.
         between: Shape (N,): speed to which an interval is held between its nodes, its axes as well; infinite where it need not be.
@@ -99,6 +100,7 @@ class Problem:
     centre: Floats
     direction: Floats
     radius: Floats
+    bow: Floats
     feed: Floats
     longest: Floats
     between: Floats
@@ -196,7 +198,9 @@ class Search:
         """Return the rows of room of a problem as the kernel takes them."""
         node = np.repeat(np.arange(len(given.point)), np.diff(given.first))
         away = (given.point[node] - given.centre) / self.unit
-        return np.concatenate([away, given.direction, (self.unit / given.radius)[:, None]], axis=1)
+        return np.concatenate(
+            [away, given.direction, (self.unit / given.radius)[:, None], given.bow[:, None]], axis=1
+        )
 
     def wider(self, given: Problem, near: bool) -> Solved:
         """Return the solution, or what is near it, of a problem that differs in `radius` and `centre`, with more room."""
@@ -226,7 +230,7 @@ class Search:
             parts: First and last nodes, between which the motion is searched anew; the states there stay, and all beside them.
             far: Whether the guess is far from a solution.
         """
-        self.rows[:, -1] = self.unit / given.radius
+        self.rows[:, -2] = self.unit / given.radius
         with np.errstate(divide="ignore"):
             self.between[:] = self.unit / given.between
         found = []

@@ -275,6 +275,7 @@ class Rounds:
             centre=nodes.centre[rooms].take(columns, axis=1),
             direction=nodes.direction[rooms].take(columns, axis=1),
             radius=self._radius[rooms],
+            bow=nodes.chord[rooms] * bounds.period_s**2 / 8.0,
             feed=feed,
             longest=self._longest(),
             between=np.where(self._held, np.maximum(feed[1:], feed[:-1]), np.inf),

@@ -85,7 +85,7 @@ def again(given: Problem, before: Solved) -> Again:
     )
     speed *= _down(given, speed, within)
     offset = _inside(given, before.position - given.point, within)
-    return slower * before.step, speed, bent, offset, jerk
+    return slower * before.step, speed, _bowed(given, offset, bent, within), offset, jerk
 
 
 def _between(given: Problem, before: Solved) -> float:
@@ -114,7 +114,8 @@ def _along(given: Problem, nodes: Nodes, part: float, bent: float, slow: bool) -
     over = (np.abs(middle) > 0.5 * (1.0 + _WITHIN) * given.velocity).any(axis=1)
     over |= np.sqrt((middle**2 * given.weight).sum(axis=1)) > 0.5 * (1.0 + _WITHIN) * given.between
     rate[:-1][over] = 0.0
-    return replace(given, step=steps), speed, rate, _inside(given, np.zeros_like(given.point))
+    offset = _inside(given, np.zeros_like(given.point))
+    return replace(given, step=steps), speed, _bowed(given, offset, rate, _WITHIN), offset
 
 
 def _down(given: Problem, speed: Floats, within: float) -> Floats:
@@ -129,4 +130,25 @@ def _inside(given: Problem, offset: Floats, within: float = _WITHIN) -> Floats:
     out = offset.copy()
     rows = given.centre, given.direction, given.radius
     tube_motion.move_inside(given.point, given.tangent, given.first, *rows, within, out)
+    return out
+
+
+def _bowed(given: Problem, offset: Floats, acceleration: Floats, within: float) -> Floats:
+    """Return accelerations, shape (N + 1, n), less where with them chords would not be within a part of their room."""
+    rows = np.flatnonzero(given.bow > 0.0)
+    node = np.repeat(np.arange(len(given.point)), np.diff(given.first))[rows]
+    way = given.direction[rows]
+    away, bow = (
+        each - (each * way).sum(axis=1)[:, None] * way
+        for each in (
+            (given.point + offset)[node] - given.centre[rows],
+            given.bow[rows, None] * acceleration[node],
+        )
+    )
+    # The part of the acceleration at which |away + part · bow| is that part of the radius.
+    square, half = (bow**2).sum(axis=1), (away * bow).sum(axis=1)
+    free = np.maximum((within * given.radius[rows]) ** 2 - (away**2).sum(axis=1), 0.0)
+    part = free / np.maximum(half + np.sqrt(half**2 + square * free), 1e-300)
+    out = acceleration.copy()
+    out[node] *= np.minimum(part, 1.0)[:, None]
     return out

@@ -369,6 +369,17 @@ def test_more_jerk_than_setpoints_can_follow_takes_no_longer(step: float) -> Non
     assert max(seconds) <= 1.001 * seconds[0]
 
 
+@pytest.mark.parametrize("back", [1, -1])
+def test_corners_that_chords_cut_off_take_hardly_more_than_without_chords(back: int) -> None:
+    """A star of 1 mm at P 1 µm and 2 ms, whose chords are up to 1.7 µm off the motion: direct multiple shooting (IPOPT) without
+    chords finds 0.26225 s. Where nodes alone had room it took 0.2756 s, and 0.2700 s from its end to its start."""
+    points = [(0, 0), (-0.80902, 0.58779), (-0.5, -0.36327), (-0.19098, 0.58779), (-1, 0), (0, 0)][::back]
+    text = "\n".join(["G21 G90 G94 G17 G64 P0.001 F29751", *polyline(points), "M30", ""])
+    seconds, broken = planned(text, quick(dict.fromkeys("XY", (495.856, 3418.49, 1e5)), 2e-3, 1e-3, 0.01))
+    assert not broken
+    assert 0.26225 <= seconds <= 1.01 * 0.26225
+
+
 def test_a_last_row_shorter_than_the_tolerance_loses_no_window() -> None:
     """The end of the program was taken for a rest that the plan had not come to, and all of the plan stood: twice the time."""
     rows = polyline([(0, 0), (-0.0279, 0.011), (-0.3045, -1.0764), (-1.1561, -0.5522), (-1.165, -0.5701)])
@@ -417,7 +428,7 @@ def straight(length: float, nodes: int) -> tuple[Problem, Floats]:
     given = Problem(
         np.full(2, V), np.full(2, A), np.full(2, J), np.ones(2), point, np.tile(t, (nodes + 1, 1)), np.full(nodes, 2.0 * h),
         np.concatenate([[0, 0], np.arange(1, nodes), [nodes - 1]]).astype(np.int64), point[1:-1].copy(), np.tile(t, (nodes - 1, 1)),
-        np.full(nodes - 1, 1e-3), np.full(nodes + 1, np.inf), np.full(nodes, np.inf), np.full(nodes, np.inf), rest, goal, 1e-3,
+        np.full(nodes - 1, 1e-3), np.zeros(nodes - 1), np.full(nodes + 1, np.inf), np.full(nodes, np.inf), np.full(nodes, np.inf), rest, goal, 1e-3,
     )  # fmt: skip
     return given, velocity[:, None] * t
 
