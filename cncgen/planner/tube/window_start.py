@@ -45,13 +45,21 @@ def begun(given: Problem, nodes: Nodes, near: bool, tangled: bool) -> tuple[Foun
     first, spent = _first(given, nodes, near, tangled)
     if first is not None and first[1].iterations <= _LONG:
         return first, spent
-    at = np.repeat(given.point, np.diff(given.first), axis=0)
-    narrow = replace(given, radius=_ROOM * given.radius, centre=nearer(given.centre, at, _ROOM))
-    less, more = _first(narrow, nodes, True, tangled)
+    less, more = _first(drawn_together(given), nodes, True, tangled)
     if less is not None:
         wider = less[0].wider(given, near)
         less, more = (less[0], wider), more + wider.iterations
     return faster(first, less), spent + more
+
+
+def drawn_together(given: Problem) -> Problem:
+    """Return a problem with a part of the room, which lies within all of it: drawn together towards the plan.
+
+    Rounds may have narrowed the room so far that the plan is outside. Then it is drawn towards a place inside, beside the plan.
+    """
+    inside = given.point + _inside(given, np.zeros_like(given.point))
+    at = np.repeat(inside, np.diff(given.first), axis=0)
+    return replace(given, radius=_ROOM * given.radius, centre=nearer(given.centre, at, _ROOM))
 
 
 def _first(given: Problem, nodes: Nodes, near: bool, tangled: bool) -> tuple[Found | None, int]:
