@@ -20,9 +20,6 @@ AXES = "xyzabcuvw"
 AXIS_INDEX = {letter: index for index, letter in enumerate(AXES)}
 #: Number, in tenths, that BSPLINE of Siemens has among the G codes (no control has a G1060).
 BSPLINE = 10_600
-#: Numbers, in tenths, that blocks of Heidenhain's plain language have: SPL, CC, C, CR, CP, LP, CYCL CALL, M140, the
-#: oversizes of TOOL CALL, remarks, the feed of TOOL CALL, M128 and M129, sizes of TOOL DEF.
-SPL, POLE, CIRCLE, RADIUS_ARC, POLAR_ARC, POLAR_LINE, CYCLE_CALL, RETRACT, OVERSIZE, REMARK, TOOL_FEED, TIP, TIP_OFF, TOOL_SIZES = range(10_610, 10_750, 10)  # fmt: skip
 #: The first character of an output command of FANUC's macros, which is kept like a comment; no comment begins so.
 OUTPUT = "\x1f"
 #: The second tool of a block that changes it, T1 T2 M6: Mazak's controls make it ready.
@@ -32,6 +29,13 @@ PROGRAM = "program"
 program_names: list[str] = []
 #: Largest number of a word, mm or inch: machines have their places within it.
 LARGEST = POSITION
+
+
+class Own:
+    """Numbers, in tenths, of Heidenhain's own: SPL, CC, C, CR, CP, LP, CYCL CALL, M140, oversizes, remarks, the feed of TOOL CALL, M128, M129, TOOL DEF."""
+
+    SPL, POLE, CIRCLE, RADIUS_ARC, POLAR_ARC, POLAR_LINE, CYCLE_CALL, RETRACT = range(10_610, 10_690, 10)
+    OVERSIZE, REMARK, TOOL_FEED, TIP, TIP_OFF, TOOL_SIZES = range(10_690, 10_750, 10)
 
 
 @dataclass(slots=True)

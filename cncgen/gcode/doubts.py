@@ -112,49 +112,22 @@ _SIEMENS = _Doubt(
     (b"CYCLE", b"=", b"GOTO", b"MCALL", b"TRA", b"DEF"),
     signs.WORDS_OF_SIEMENS,
 )
-_GRBL = _Doubt(
-    signs.TO_GRBL,
-    "commands to grbl ($$, $H, ?, settings) are passed over: they are no blocks, and the machine is not homed here",
-    "leave them out of the program",
-    (b"$", b"?", b"~", b"!"),
-)
-_SIMULATOR = _Doubt(
-    signs.TO_SIMULATOR,
-    "lines to CNCSimulator ($AddRegPart, $Mill) are passed over: they lay out its picture, and no control has them",
-    "the stock stands in the machine file, the tools in a tool table",
-    (b"$",),
-)
-_DENFORD = _Doubt(
-    signs.TO_DENFORD,
-    "lines to the simulator of Denford and Boxford ([BILLET, [TOOLDEF) are passed over",
-    "the stock stands in the machine file, the tools in a tool table",
-    (b"[BILLET", b"[EDGEMOVE", b"[TOOLDEF"),
-)
-_EDING = _Doubt(
-    signs.OF_EDING,
-    "messages of Eding CNC are passed over",
-    "a message is a comment here: (MSG, change the tool)",
-    (b'MSG "',),
-)
-_MARLIN = _Doubt(
-    signs.OF_MARLIN,
-    "texts of M117 and M118 for the display of Marlin and its kin are passed over",
-    "a message is a comment here: (MSG, job ends)",
-    (b"M117", b"M118"),
-)
-_COLON = _Doubt(
-    signs.WITHOUT_NUMBER,
-    "lines of : without a number are passed over",
-    ":1000 is the number of a program",
-    (b"\n:", b":(", b": ("),
-)
-_HEIDENHAIN = _Doubt(
-    _BEFORE + rb"[A-Z][ \t]*" + signs.SIGNED + rb"[ \t]*(?P<word>\*)[ \t]*\r?$",
-    "blocks that end in * are of Heidenhain's DIN/ISO",
-    "--dialect heidenhain reads it",
-    (b"*",),
-    signs.LAST_STAR,
-)
+#: Lines of other controls and programs, which are passed over.
+_OF_OTHERS = (
+    _SIEMENS,
+    _Doubt(_BEFORE + rb"[A-Z][ \t]*" + signs.SIGNED + rb"[ \t]*(?P<word>\*)[ \t]*\r?$", "blocks that end in * are of Heidenhain's DIN/ISO",
+        "--dialect heidenhain reads it", (b"*",), signs.LAST_STAR),
+    _Doubt(signs.TO_GRBL, "commands to grbl ($$, $H, ?, settings) are passed over: they are no blocks, and the machine is not homed here",
+        "leave them out of the program", (b"$", b"?", b"~", b"!")),
+    _Doubt(signs.TO_SIMULATOR, "lines to CNCSimulator ($AddRegPart, $Mill) are passed over: they lay out its picture, and no control has them",
+        "the stock stands in the machine file, the tools in a tool table", (b"$",)),
+    _Doubt(signs.TO_DENFORD, "lines to the simulator of Denford and Boxford ([BILLET, [TOOLDEF) are passed over",
+        "the stock stands in the machine file, the tools in a tool table", (b"[BILLET", b"[EDGEMOVE", b"[TOOLDEF")),
+    _Doubt(signs.OF_EDING, "messages of Eding CNC are passed over", "a message is a comment here: (MSG, change the tool)", (b'MSG "',)),
+    _Doubt(signs.OF_MARLIN, "texts of M117 and M118 for the display of Marlin and its kin are passed over",
+        "a message is a comment here: (MSG, job ends)", (b"M117", b"M118")),
+    _Doubt(signs.WITHOUT_NUMBER, "lines of : without a number are passed over", ":1000 is the number of a program", (b"\n:", b":(", b": (")),
+)  # fmt: skip
 #: Lengths beyond any machine, where the text may leave out the point of thousandths.
 _INCREMENTS = _Doubt(
     _BEFORE + rb"(?P<word>[XYZ][ \t]*[-+]?\d{5,9})(?![\d.])",
@@ -250,23 +223,15 @@ def _doubts(
 ) -> Iterator[tuple[Cursor, BlockError]]:
     """Yield doubts about a text, with their lines."""
     head = source.data[:_HEAD]
-    lines = different(source)[0]
-    asked = [
-        *(
-            (_SIEMENS, _HEIDENHAIN, _GRBL, _SIMULATOR, _DENFORD, _EDING, _MARLIN, _COLON)
-            if language_of(dialect) in BOTH
-            else ()
-        )
-    ]
-    asked += [_SHORT_T] if language_of(dialect) == "fanuc" and dialect != "fanuc" else []
+    lines, of_fanuc = different(source)[0], language_of(dialect) == "fanuc"
+    asked = [*_OF_OTHERS] if language_of(dialect) in BOTH else []
+    asked += [_SHORT_T] if of_fanuc and dialect != "fanuc" else []
     asked += {"fanuc": (*_FANUC, _OKUMA), "linuxcnc": (*_LINUXCNC, _OKUMA)}.get(dialect, ())
     if language_of(dialect) in BOTH and least_increment is None:
-        asked.append(
-            _lengths(head, lines, dialect == "fanuc") if language_of(dialect) == "fanuc" else _INCREMENTS
-        )
-    asked += [_NO_THEN] if language_of(dialect) == "fanuc" else []
+        asked.append(_lengths(head, lines, dialect == "fanuc") if of_fanuc else _INCREMENTS)
+    asked += [_NO_THEN] if of_fanuc else []
     found = [(doubt, doubt.found(head, lines)) for doubt in asked]
-    if language_of(dialect) == "fanuc":
+    if of_fanuc:
         import re
 
         slashes = re.finditer(_SLASH.sign, source.data)
@@ -283,6 +248,5 @@ def _doubts(
             begin = source.data.rfind(b"\n", 0, at) + 1
             line = source.data[:begin].count(b"\n") + 1
             column = len(source.data[begin:at].decode("utf-8", "replace")) + 1
-            message = doubt.message
-            hint = doubt.hint
-            yield (Cursor(0, begin, line), BlockError("other-control", message, column=column, hint=hint))
+            error = BlockError("other-control", doubt.message, column=column, hint=doubt.hint)
+            yield Cursor(0, begin, line), error

@@ -134,6 +134,15 @@ def test_the_modal_call_is_said_to_have_another_group_elsewhere(run: Any) -> Non
     assert remarks(run, "G56\n#1=#4014\nM30") == []
 
 
+def test_the_codes_of_a_frame_in_force_are_read(run: Any) -> None:
+    """B-64484EN, "System variables": groups 11, 16 and 22 are scaling, rotation and mirror images."""
+    text = "G51.1 X0\n#101=#4022\nG50.1 X0\nG68 X0 Y0 R30\n#102=#4016\nG69\nG51 X0 Y0 P2.\n#103=#4011\nG50\n"
+    assert fanuc(run, text + "G0 X#101 Y#102 Z#103\nG0 X#4022 Y#4016 Z#4011\nM30")[-2:] == [
+        [51.1, 68, 51],
+        [50.1, 69, 50],
+    ]
+
+
 @pytest.mark.parametrize("dialect", ["linuxcnc", "fanuc"])
 def test_machs_homing_is_not_a_stored_point_in_silence(run: Any, dialect: str) -> None:
     """Mach3's manual: G28.1 X Y Z references the axes; LinuxCNC's stores the point, and the words are a move."""

@@ -17,7 +17,7 @@ from collections.abc import Callable
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
-from cncgen.gcode.state.modal import PLANE_AXES, to_machine, to_program, zeros
+from cncgen.gcode.state.modal import PLANE_AXES, in_plane, to_machine, to_program, zeros
 from cncgen.ranges import FACTORS
 from cncgen.records import dataclass, field, replace
 from cncgen.units import INCH
@@ -201,6 +201,13 @@ class Frame:
         return math.copysign(lengths[0], det)
 
 
+def swept(spoke: complex, last: complex, turns: int) -> tuple[float, float]:
+    """Return the sense of an arc, 1 or -1, and the angle that it sweeps between two ways from its centre."""
+    spin = 1.0 if turns > 0 else -1.0
+    sweep = (spin * cmath.phase(last / spoke)) % (2.0 * math.pi)
+    return spin, (sweep if sweep > 1e-9 else 2.0 * math.pi) + 2.0 * math.pi * (abs(turns) - 1)
+
+
 @dataclass(frozen=True, slots=True)
 class Frames:
     """The frames in force: that of CYCLE800, and the programmable one within it, of whose shift ATRANS and G59 made `added`.
@@ -294,19 +301,11 @@ class FramedSink(PassingSink):
 
     def _swept(self, end: Point, centre: complex, turns: int, plane: int) -> tuple[complex, float, float]:
         """Return the way from the centre of an arc to its start, the sense of turning, 1 or -1, and the angle that is swept."""
-        a, b, _ = PLANE_AXES[plane]
-        start = complex(self.at[a], self.at[b])
-        spoke, last = start - centre, complex(end[a], end[b]) - centre
+        spoke = in_plane(self.at, plane) - centre
         if spoke == 0.0:  # behind an error, which left the tool in the centre
             message = "the arc begins in its centre"
             raise BlockError("arc-centre", message, hint="I J K lead from the start to the centre")
-        spin = 1.0 if turns > 0 else -1.0
-        sweep = (spin * cmath.phase(last / spoke)) % (2.0 * math.pi)
-        return (
-            spoke,
-            spin,
-            (sweep if sweep > 1e-9 else 2.0 * math.pi) + 2.0 * math.pi * (abs(turns) - 1),
-        )
+        return spoke, *swept(spoke, in_plane(end, plane) - centre, turns)
 
     def _helix(self, end: Point, centre: complex, turns: int, plane: int) -> Curve:
         """Return a helix as a B-spline of degree 3, 10 degrees a piece at most, off its cylinder by 5e-10 of the radius and off its height by 2e-6 of the pitch.

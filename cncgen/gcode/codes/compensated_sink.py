@@ -19,7 +19,7 @@ from cncgen.gcode.codes.table import COMPENSATION, COMPENSATION_PLANE, INTERRUPT
 from cncgen.gcode.codes.tool_centre import CentreMove, CompensationError, ToolCentre
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
-from cncgen.gcode.state.modal import PLANE_AXES
+from cncgen.gcode.state.modal import PLANE_AXES, in_plane
 from cncgen.records import dataclass
 from cncgen.toolpath.record import Event
 from cncgen.units import INCH
@@ -142,15 +142,15 @@ class CompensatedSink(PassingSink):
 
     def _line(self, end: Point, rapid: bool) -> None:
         move = _Move(self._block, list(end), self.plane, not rapid)
-        self._take(lambda: self.centre.line(self._in_plane(end), move, rapid))
+        self._take(lambda: self.centre.line(in_plane(end, self.plane), move, rapid))
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
         """Offset an arc."""
         if self._on_arc is not None and self.centre.begins:
             self._on_arc()
         centre = complex(first, second)
-        move = _Move(self._block, list(end), plane, True, abs(self._in_plane(end) - centre))
-        self._take(lambda: self.centre.arc(self._in_plane(end), centre, turns, move))
+        move = _Move(self._block, list(end), plane, True, abs(in_plane(end, self.plane) - centre))
+        self._take(lambda: self.centre.arc(in_plane(end, self.plane), centre, turns, move))
 
     def nurbs_feed(self, curve: Curve) -> None:
         """Refuse a spline."""
@@ -163,9 +163,6 @@ class CompensatedSink(PassingSink):
     def rigid_tap(self, end: Point, pitch: float) -> None:
         """Refuse to tap."""
         raise BlockError("comp-refused", "no tapping under cutter compensation")
-
-    def _in_plane(self, end: Point) -> complex:
-        return complex(end[self._first], end[self._second])
 
     def _placed(self, axes: Point, point: complex) -> Point:
         """Return a position with its plane coordinates put in."""
@@ -233,7 +230,7 @@ class CompensatedSink(PassingSink):
         """Return the length of a piece from where the tool stands, in X Y Z, else of the rotary part."""
         across = math.dist(self._last[:3], end[:3])
         if piece.centre is not None:
-            start = complex(self._last[self._first], self._last[self._second]) - piece.centre
+            start = in_plane(self._last, self.plane) - piece.centre
             spin = 1.0 if piece.turns > 0 else -1.0
             sweep = (spin * cmath.phase((piece.end - piece.centre) / start)) % (
                 2.0 * math.pi
@@ -282,21 +279,13 @@ class CompensatedSink(PassingSink):
 
     def set_inverse_time(self, rate: float, length: float) -> None:
         """Take the speed that it means for the programmed move: all pieces of the move go at it, as in LinuxCNC."""
-
-        def run() -> None:
-            self._speed = rate * length
-            self.inner.set_inverse_time(rate, length)
-
-        self._defer(run)
+        self._defer(partial(setattr, self, "_speed", rate * length))
+        self._defer(partial(self.inner.set_inverse_time, rate, length))
 
     def set_feed_rate(self, rate: float) -> None:
         """Pass on, and keep it for arcs."""
-
-        def run() -> None:
-            self._feed = rate
-            self.inner.set_feed_rate(rate)
-
-        self._defer(run)
+        self._defer(partial(setattr, self, "_feed", rate))
+        self._defer(partial(self.inner.set_feed_rate, rate))
 
     def feed_along_contour(self, arcs: str) -> None:
         """Take on which arcs F is the feed along the contour, behind the moves that wait."""
@@ -304,12 +293,8 @@ class CompensatedSink(PassingSink):
 
     def set_feed_mode(self, mode: int, synched: bool) -> None:
         """Pass on."""
-
-        def run() -> None:
-            self._speed = None
-            self.inner.set_feed_mode(mode, synched)
-
-        self._defer(run)
+        self._defer(partial(setattr, self, "_speed", None))
+        self._defer(partial(self.inner.set_feed_mode, mode, synched))
 
     def set_g5x_offset(self, system: int, offset: Point) -> None:
         """Refuse to move the coordinate system."""

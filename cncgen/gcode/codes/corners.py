@@ -22,7 +22,7 @@ from cncgen.gcode.codes.turning_profiles import Segment, fillet
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import PassingSink, Point, Sink, TryingSink
-from cncgen.gcode.state.modal import PLANE_AXES, Stage
+from cncgen.gcode.state.modal import PLANE_AXES, Stage, in_plane
 from cncgen.records import dataclass
 
 TYPE_CHECKING = False
@@ -66,9 +66,8 @@ class _Motion:
 
     def segment(self, start: Point, plane: int) -> Segment:
         """Return it in the plane of a corner."""
-        first, second, _ = PLANE_AXES[plane]
-        ends = complex(start[first], start[second]), complex(self.end[first], self.end[second])
-        return Segment(*ends, self.centre, (self.turns > 0) - (self.turns < 0))
+        spin = (self.turns > 0) - (self.turns < 0)
+        return Segment(in_plane(start, plane), in_plane(self.end, plane), self.centre, spin)
 
     def tell(self, sink: Sink, end: Point) -> None:
         """Tell a sink the motion up to a point of it."""

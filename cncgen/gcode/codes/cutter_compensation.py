@@ -7,9 +7,9 @@ from functools import partial
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.table import COMPENSATION, INTERRUPTS, STRICT_COMPENSATION, TOOL_POINT, Code
-from cncgen.gcode.codes.tools import tell_unknown, whole
+from cncgen.gcode.codes.tools import known, tell_unknown, whole
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.state.modal import PLAIN_MOTIONS, Stage
+from cncgen.gcode.state.modal import PLAIN_MOTIONS, Stage, in_plane
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -43,8 +43,7 @@ def _turn_on(ip: Interpreter, block: Block, left: bool, dynamic: bool) -> None:
     if (on := _sink_of(ip)) is not None and ip.dialect not in _STRICT:
         _renew(ip, on, radius, left)
         return
-    first, second, _ = state.plane_axes()
-    start = complex(state.position[first], state.position[second])
+    start = in_plane(state.position, state.plane)
     unit = "inch" if state.inches else "mm"
     growth = _GROWTH[state.inches] if ip.dialect == "linuxcnc" else None
     # FANUC enters on a move of any length. LinuxCNC's radius of a table may be less by the last digit of a double.
@@ -140,10 +139,7 @@ def _of_the_tool(ip: Interpreter, block: Block, name: str) -> tuple[float, int]:
 def tool_of_radius(ip: Interpreter, block: Block, name: str) -> Tool:
     """Return the tool whose radius is in force; raise where the tool table does not have it."""
     number = radius_number_in_force(ip, block, name)
-    tool = ip.tools.find(number)
-    if tool is None:
-        raise BlockError("unknown-tool", f"tool {number} is not in the tool table", "D")
-    return tool
+    return known(ip.tools.find(number), f"tool {number}", "D")
 
 
 def radius_number_in_force(ip: Interpreter, block: Block, name: str) -> int:

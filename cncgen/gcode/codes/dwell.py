@@ -23,21 +23,20 @@ def dwell(ip: Interpreter, block: Block) -> None:
     seconds = block.words.get("p")
     if seconds is None and ip.plain and "s" in block.words and not block.m:
         seconds = block.words["s"]
-        message = (
-            f"S{seconds:g} of G4 is taken as {seconds:g} s, as Marlin has it; LinuxCNC refuses G4 without P"
-        )
+        taken = f"S{seconds:g} of G4 is taken as {seconds:g} s"
+        message = f"{taken}, as Marlin has it; LinuxCNC refuses G4 without P"
         hint = "P is seconds here, and milliseconds with Marlin"
         ip.warn_once(BlockError("other-control", message, "S", hint=hint))
     if seconds is None:
-        hint = (
-            "S counts seconds with Marlin alone: P3 is 3 s"
-            if "s" in block.words
-            else "give it as P, in seconds"
-        )
+        of_marlin = "S counts seconds with Marlin alone: P3 is 3 s"
+        hint = of_marlin if "s" in block.words else "give it as P, in seconds"
         raise BlockError("dwell-time", "G4 has no time", "G4", hint=hint)
+    _wait(ip, seconds, "P" if "p" in block.words else "S")
+
+
+def _wait(ip: Interpreter, seconds: float, word: str) -> None:
     if seconds < 0.0:
-        message = f"a dwell of {seconds:g} s is negative"
-        raise BlockError("dwell-time", message, "P" if "p" in block.words else "S")
+        raise BlockError("dwell-time", f"a dwell of {seconds:g} s is negative", word)
     ip.sink.call(f"DWELL({seconds:.4f})", Event("dwell", True, seconds, {"seconds": seconds}))
 
 
@@ -49,9 +48,7 @@ def dwell_fanuc(ip: Interpreter, block: Block) -> None:
         seconds = seconds_of(ip, block)
     if seconds is None:
         raise BlockError("dwell-time", "G4 has no time", "G4", hint="X seconds or P milliseconds")
-    if seconds < 0.0:
-        raise BlockError("dwell-time", f"a dwell of {seconds:g} s is negative", "P" if "p" in words else "X")
-    ip.sink.call(f"DWELL({seconds:.4f})", Event("dwell", True, seconds, {"seconds": seconds}))
+    _wait(ip, seconds, "P" if "p" in words else "X")
 
 
 def _unhurried(ip: Interpreter, block: Block, letter: str) -> float:

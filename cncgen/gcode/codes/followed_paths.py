@@ -7,10 +7,11 @@ import math
 from collections.abc import Callable, Iterator
 
 from cncgen.gcode.block import Block
+from cncgen.gcode.codes.affine import swept
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
-from cncgen.gcode.state.modal import PLANE_AXES
+from cncgen.gcode.state.modal import PLANE_AXES, in_plane
 
 #: A point of the part by the place on a path, 0 to 1.
 Path = Callable[[float], Point]
@@ -59,10 +60,8 @@ class FollowedSink(PassingSink):
         """Move on an arc or helix of the part."""
         a, b, normal = PLANE_AXES[plane]
         start, centre = self._at, complex(first, second)
-        spoke, last = complex(start[a], start[b]) - centre, complex(end[a], end[b]) - centre
-        spin = 1.0 if turns > 0 else -1.0
-        sweep = (spin * cmath.phase(last / spoke)) % (2.0 * math.pi)
-        sweep = spin * ((sweep if sweep > 1e-9 else 2.0 * math.pi) + 2.0 * math.pi * (abs(turns) - 1))
+        spoke, last = in_plane(start, plane) - centre, in_plane(end, plane) - centre
+        sweep = math.prod(swept(spoke, last, turns))
 
         def path(t: float) -> Point:
             if t == 1.0:

@@ -34,15 +34,8 @@ def _radii(words: dict[str, float], name: str, tool: float) -> list[float]:
     wrong = last < first or (last > first and step <= 0.0)
     order = f"K{last:g} of {name} is to be I{first:g} or more, with a step Q above 0 between them"
     smaller = f"the circle of {name}, {last:g}, is not larger than the tool's radius, {tool:g}"
-    refuse(
-        name,
-        (
-            first <= 0.0,
-            "cycle-words",
-            f"{name} has no radius I above 0",
-            "I is the radius of the first circle",
-        ),
-    )
+    message = f"{name} has no radius I above 0"
+    refuse(name, (first <= 0.0, "cycle-words", message, "I is the radius of the first circle"))
     refuse("K", (wrong, "cycle-words", order, "G13 I0.3 K1. Q0.3 cuts circles of 0.3, 0.6, 0.9 and 1"))
     refuse(name, (last <= tool, "cycle-tool", smaller, "D0 takes no radius off"))
     count = steps_of(last - first, step, "Q", f"Q{step:g} of {name} makes {{}} circles", least=0)

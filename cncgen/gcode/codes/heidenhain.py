@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import AXES, AXIS_INDEX, SPL, Block
+from cncgen.gcode.block import AXES, AXIS_INDEX, Block, Own
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
@@ -97,6 +97,6 @@ def _check_kink(ip: Interpreter, points: list[list[float]]) -> None:
 
 
 CODES = (
-    Code("G", SPL, "motion", Stage.MOTION, spline, "cubic spline of Heidenhain: K3 K2 K1 of each axis, t from 1 to 0", AXES, "motion",
-        title="SPL", named=_COEFFICIENTS, dialects=(DIALECT,)),
+    Code("G", Own.SPL, "motion", Stage.MOTION, spline, "cubic spline of Heidenhain: K3 K2 K1 of each axis, t from 1 to 0", AXES,
+        "motion", title="SPL", named=_COEFFICIENTS, dialects=(DIALECT,)),
 )  # fmt: skip

@@ -33,7 +33,7 @@ from cncgen.gcode.codes.table import (
     ROTARY_PATH,
     Code,
 )
-from cncgen.gcode.codes.tools import load_tool_parameters, table_offset, use_offset, whole
+from cncgen.gcode.codes.tools import known, load_tool_parameters, table_offset, use_offset, whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage, zeros
@@ -262,9 +262,7 @@ def turret(ip: Interpreter, block: Block) -> None:
     state = ip.state
     if _G40 in block.g:
         ip.end_compensation()
-    known = ip.tools.find(offset)
-    if known is None:
-        raise BlockError("unknown-tool", f"tool offset {offset} of T{word} is not in the tool table", "T")
+    known(ip.tools.find(offset), f"tool offset {offset} of T{word}", "T")
     offsets = table_offset(ip, offset, "T") if offset else zeros()
     if state.compensation != _OFF and (
         offsets != state.tool_offset or _tip(ip, state.tool) != _tip(ip, offset)
@@ -316,9 +314,7 @@ def set_data(ip: Interpreter, block: Block) -> None:
         message = "G10 has no P" if number is None else f"L{kind} of G10 is not read"
         raise BlockError("g10-words", message, at, hint=hint)
     geometry = kind == 10 or number >= _GEOMETRY
-    tool = ip.tools.entry(number % _GEOMETRY)
-    if tool is None:
-        raise BlockError("unknown-tool", f"tool offset {number % _GEOMETRY} is not in the tool table", "P")
+    tool = known(ip.tools.entry(number % _GEOMETRY), f"tool offset {number % _GEOMETRY}", "P")
     scale = ip.table_scale()
     for letter, (step, axis, place) in _OFFSET_WORDS.items():
         worn = tool.wear[place]

@@ -10,7 +10,7 @@ import math
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.lines import need_axis
 from cncgen.gcode.codes.table import BOTH, CHANGES_OFFSETS, CHANGES_ORIGIN, CHANGES_SYSTEM, Code, Handler
-from cncgen.gcode.codes.tools import load_tool_parameters, whole
+from cncgen.gcode.codes.tools import known, load_tool_parameters, whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import SYSTEM_CODES, Stage, to_machine, zeros
@@ -123,9 +123,7 @@ def _in_system(machine: list[float], origin: list[float], rotation: float, g92: 
 def _set_tool(ip: Interpreter, block: Block, kind: int) -> None:
     """G10 L1 P: offsets of a tool; L10, L11: such ones that the position gets these coordinates."""
     number = whole(block, "p", "G10")
-    tool = ip.tools.entry(number) if number else None
-    if tool is None:
-        raise BlockError("unknown-tool", f"tool {number} is not in the tool table", "P")
+    tool = known(ip.tools.entry(number) if number else None, f"tool {number}", "P")
     state = ip.state
     scale = ip.table_scale()
     machine = ip.machine_position()

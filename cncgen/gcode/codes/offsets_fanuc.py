@@ -10,7 +10,7 @@ from cncgen.gcode.codes.lines import need_axis
 from cncgen.gcode.codes.offsets import set_g92, use_system
 from cncgen.gcode.codes.spindle import bound_surface_speed
 from cncgen.gcode.codes.table import CHANGES_OFFSETS, CHANGES_ORIGIN, CHANGES_SYSTEM, Code
-from cncgen.gcode.codes.tools import whole
+from cncgen.gcode.codes.tools import known, whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
@@ -122,10 +122,8 @@ def _set_tool(ip: Interpreter, block: Block, kind: int, number: int) -> None:
     if "r" not in block.words:
         message = f"G10 L{kind} has no value R"
         raise BlockError("g10-words", message, "G10", hint=f"G10 L{kind} P{number} R and the value")
-    tool = ip.tools.entry(number)
-    if tool is None:
-        hint = "the tools are those of the file that --tool-table names"
-        raise BlockError("unknown-tool", f"tool {number} is not in the tool table", "P", hint=hint)
+    hint = "the tools are those of the file that --tool-table names"
+    tool = known(ip.tools.entry(number), f"tool {number}", "P", hint)
     value = block.words["r"] / ip.table_scale()
     what, is_wear = divmod(kind - 10, 2)
     if what and value:

@@ -53,13 +53,8 @@ def _pecking(ip: Interpreter, block: Block, name: str, deep: int, aside: int) ->
         if alone
         else "r" + "".join(_LENGTH[axis] if _LENGTH[axis] in words else _STEP[axis] for axis in (X, Z))
     )
-    check_idle(
-        ip,
-        block,
-        name,
-        used,
-        "R alone is how far it goes back; steps are P and Q of FANUC, or I and K of Haas",
-    )
+    hint = "R alone is how far it goes back; steps are P and Q of FANUC, or I and K of Haas"
+    check_idle(ip, block, name, used, hint)
     if alone:
         if "r" in words:
             kept.back = abs(length_of(ip, block, "r", name, LIFT))

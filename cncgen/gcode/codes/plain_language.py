@@ -11,22 +11,7 @@ import math
 from collections.abc import Callable
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import (
-    AXES,
-    CIRCLE,
-    OVERSIZE,
-    POLAR_ARC,
-    POLAR_LINE,
-    POLE,
-    RADIUS_ARC,
-    REMARK,
-    RETRACT,
-    TIP,
-    TIP_OFF,
-    TOOL_FEED,
-    TOOL_SIZES,
-    Block,
-)
+from cncgen.gcode.block import AXES, Block, Own
 from cncgen.gcode.codes import tool_point
 from cncgen.gcode.codes.arcs import check_radii
 from cncgen.gcode.codes.cutter_compensation import feed_along_contour
@@ -39,7 +24,7 @@ from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import RADIUS_TOLERANCE
-from cncgen.gcode.state.modal import PLANE_AXES, Stage
+from cncgen.gcode.state.modal import PLANE_AXES, Stage, in_plane
 from cncgen.kernels.arc_centres import centre_from_radius
 from cncgen.records import dataclass, field
 
@@ -139,16 +124,11 @@ def _sense(block: Block, name: str) -> float:
     return block.words["dr"]
 
 
-def _in_plane(point: list[float], plane: int) -> complex:
-    first, second, _ = PLANE_AXES[plane]
-    return complex(point[first], point[second])
-
-
 def _arc(ip: Interpreter, end: list[float], centre: complex, turns: int, plane: int, name: str) -> None:
     """Feed along an arc."""
     check_feed(ip, ip.sink.block, name)
     state = ip.state
-    start, finish = _in_plane(state.position, plane), _in_plane(end, plane)
+    start, finish = in_plane(state.position, plane), in_plane(end, plane)
     hint = f"the pole is X{centre.real:g} Y{centre.imag:g}: is it the CC that is meant?"
     if plane != 17:
         hint = "is the last CC the pole that is meant?"
@@ -187,7 +167,7 @@ def polar_arc(ip: Interpreter, block: Block) -> None:
     """CP: an arc or helix about the pole to the angle PA, or by IPA; without either the angle stays, which makes a whole turn."""
     words, (centre, plane) = block.words, pole_of(ip, "CP")
     sense = _sense(block, "CP")
-    spoke = _in_plane(ip.state.position, plane) - centre
+    spoke = in_plane(ip.state.position, plane) - centre
     if "ipa" in words:
         sweep = words["ipa"] / 360.0
         if sweep * sense <= 0.0:
@@ -208,7 +188,7 @@ def polar_line(ip: Interpreter, block: Block) -> None:
     words, (centre, plane) = block.words, pole_of(ip, "LP")
     end = ip.end_point(block)
     first, second, _ = PLANE_AXES[plane]
-    finish = polar_place(words, centre, _in_plane(ip.state.position, plane))
+    finish = polar_place(words, centre, in_plane(ip.state.position, plane))
     end[first], end[second] = finish.real, finish.imag
     if "fmax" not in words:
         check_feed(ip, block, "LP")
@@ -348,22 +328,22 @@ def _own(
 
 
 CODES = (
-    _own(POLE, "CC", pole, "centre of circles, pole of polar coordinates", words="xyz"),
-    _own(CIRCLE, "C", circle, "arc about the pole", ("dr",)),
-    _own(RADIUS_ARC, "CR", radius_arc, "arc of radius R in XY", ("dr",), AXES + "r"),
-    _own(POLAR_ARC, "CP", polar_arc, "arc or helix about the pole", ("dr", "pa", "ipa")),
-    _own(POLAR_LINE, "LP", polar_line, "line in polar coordinates", ("fmax", "pr", "pa", "ipr", "ipa")),
-    Code("G", RETRACT, "retract", Stage.MOTION, retract, "retract along the tool; MAX is passed over", title="M140", named=("mb", "mb_f"),
-        dialects=(DIALECT,)),
-    Code("G", OVERSIZE, "oversize", Stage.TOOL, oversize, "oversizes of the tool: length, radius", "t", title="DL DR", named=("dl", "dr_"),
-        dialects=(DIALECT,)),
-    Code("G", TOOL_SIZES, "tool sizes", Stage.TOOL, tool_sizes, "length and radius of a tool", title="TOOL DEF",
+    _own(Own.POLE, "CC", pole, "centre of circles, pole of polar coordinates", words="xyz"),
+    _own(Own.CIRCLE, "C", circle, "arc about the pole", ("dr",)),
+    _own(Own.RADIUS_ARC, "CR", radius_arc, "arc of radius R in XY", ("dr",), AXES + "r"),
+    _own(Own.POLAR_ARC, "CP", polar_arc, "arc or helix about the pole", ("dr", "pa", "ipa")),
+    _own(Own.POLAR_LINE, "LP", polar_line, "line in polar coordinates", ("fmax", "pr", "pa", "ipr", "ipa")),
+    Code("G", Own.RETRACT, "retract", Stage.MOTION, retract, "retract along the tool; MAX is passed over", title="M140",
+        named=("mb", "mb_f"), dialects=(DIALECT,)),
+    Code("G", Own.OVERSIZE, "oversize", Stage.TOOL, oversize, "oversizes of the tool: length, radius", "t", title="DL DR",
+        named=("dl", "dr_"), dialects=(DIALECT,)),
+    Code("G", Own.TOOL_SIZES, "tool sizes", Stage.TOOL, tool_sizes, "length and radius of a tool", title="TOOL DEF",
         named=("tool", "l_size", "r_size"), dialects=(DIALECT,)),
-    Code("G", TOOL_FEED, "tool feed", Stage.TOOL, tool_feed, "the feed of TOOL CALL, which FAUTO takes", title="FAUTO",
+    Code("G", Own.TOOL_FEED, "tool feed", Stage.TOOL, tool_feed, "the feed of TOOL CALL, which FAUTO takes", title="FAUTO",
         dialects=(DIALECT,)),
-    Code("G", TIP, "tip", Stage.TOOL_LENGTH, tip_on, "the tip goes where the program says (TCPM)", title="M128", dialects=(DIALECT,),
-        moves="XYZ"),
-    Code("G", TIP_OFF, "tip", Stage.TOOL_LENGTH, tip_off, "end of M128", title="M129", dialects=(DIALECT,)),
-    Code("G", REMARK, "remark", Stage.COMMENT, remark, "a note on a word that changes no motion", title="M92", named=("remark",),
-        dialects=(DIALECT,)),
+    Code("G", Own.TIP, "tip", Stage.TOOL_LENGTH, tip_on, "the tip goes where the program says (TCPM)", title="M128",
+        dialects=(DIALECT,), moves="XYZ"),
+    Code("G", Own.TIP_OFF, "tip", Stage.TOOL_LENGTH, tip_off, "end of M128", title="M129", dialects=(DIALECT,)),
+    Code("G", Own.REMARK, "remark", Stage.COMMENT, remark, "a note on a word that changes no motion", title="M92",
+        named=("remark",), dialects=(DIALECT,)),
 )  # fmt: skip

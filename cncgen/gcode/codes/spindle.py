@@ -7,7 +7,7 @@ from functools import partial
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.table import Code, Handler
+from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import LEAST_RADIUS_MM
@@ -83,28 +83,26 @@ def _turn(ip: Interpreter, block: Block, direction: int) -> None:
     ip.sink.call(f"{TURNS[direction]}({spindle})", _event(ip, True))
 
 
-def _powered(run: Handler) -> Handler:
-    """Return M3 or M4 with P, the power of a spindle or a laser in percent on Snapmaker's controls; LinuxCNC's own refuses it.
+def _has_p(ip: Interpreter, block: Block) -> bool:
+    """Tell whether P is the spindle's: beside another code that has a P, as G54.1, it is that one's."""
+    others = (row for row in ip.codes.of(block) if row.group != "spindle")
+    return "p" in block.words and all("p" not in row.words for row in others)
+
+
+def _powered(ip: Interpreter, block: Block, direction: int) -> None:
+    """M3 or M4, with P the power of a spindle or a laser in percent on Snapmaker's controls; LinuxCNC's own refuses it.
 
     Raises:
         BlockError: The program is to be read as LinuxCNC's own.
     """
-
-    def powered(ip: Interpreter, block: Block) -> None:
-        # Beside another code that has a P, that P is its own.
-        others = (row for row in ip.codes.of(block) if row.group != "spindle")
-        if "p" in block.words and all("p" not in row.words for row in others):
-            if ip.options.stand_alone or ip.options.dialect == "linuxcnc":
-                hint = (
-                    "S is the spindle's speed; --dialect auto reads P as Snapmaker does, as power in percent"
-                )
-                message = "P stands in a block with no code that uses it"
-                raise BlockError("unused-word", message, "P", hint=hint)
-            message = f"P{block.words['p']:g} is read as the power of a spindle or laser in percent, as on Snapmaker: it is no speed"
-            ip.warn_once(BlockError("spindle-power", message, "P", hint="S gives the speed"), Severity.NOTE)
-        run(ip, block)
-
-    return powered
+    if _has_p(ip, block):
+        if ip.options.stand_alone or ip.options.dialect == "linuxcnc":
+            hint = "S is the spindle's speed; --dialect auto reads P as Snapmaker does, as power in percent"
+            message = "P stands in a block with no code that uses it"
+            raise BlockError("unused-word", message, "P", hint=hint)
+        message = f"P{block.words['p']:g} is read as the power of a spindle or laser in percent, as on Snapmaker: it is no speed"
+        ip.warn_once(BlockError("spindle-power", message, "P", hint="S gives the speed"), Severity.NOTE)
+    _turn(ip, block, direction)
 
 
 def orient(ip: Interpreter, block: Block) -> None:
@@ -135,18 +133,12 @@ def orient_fanuc(ip: Interpreter, block: Block) -> None:
     )
 
 
-def _selects(run: Handler) -> Handler:
-    """Return M3, M4 or M5 of FANUC, whose P names a spindle: the turning spindle is planned for."""
-
-    def chosen(ip: Interpreter, block: Block) -> None:
-        # Beside another code that has a P, as G54.1, that P is its own.
-        others = (row for row in ip.codes.of(block) if row.group != "spindle")
-        if "p" in block.words and all("p" not in row.words for row in others):
-            message = f"P{block.words['p']:g} names a spindle: feeds a revolution are taken with the speed of the one named last"
-            ip.warn_once(BlockError("spindle-number", message, "P", hint="one spindle is planned for"))
-        run(ip, block)
-
-    return chosen
+def _selected(ip: Interpreter, block: Block, direction: int) -> None:
+    """M3, M4 or M5 of FANUC, whose P names a spindle: the turning spindle is planned for."""
+    if _has_p(ip, block):
+        message = f"P{block.words['p']:g} names a spindle: feeds a revolution are taken with the speed of the one named last"
+        ip.warn_once(BlockError("spindle-number", message, "P", hint="one spindle is planned for"))
+    _turn(ip, block, direction)
 
 
 def constant_surface(ip: Interpreter, block: Block) -> None:
@@ -187,9 +179,9 @@ CODES = (
             (50, 0, "spindle stop"),
         )
         for row in (
-            Code("M", number, "spindle", Stage.SPINDLE, _powered(partial(_turn, direction=direction)), text, "$p",
+            Code("M", number, "spindle", Stage.SPINDLE, partial(_powered, direction=direction), text, "$p",
                 dialects=("linuxcnc",), waits=True, restores=("direction", direction)),
-            Code("M", number, "spindle", Stage.SPINDLE, _selects(partial(_turn, direction=direction)), text, "$p",
+            Code("M", number, "spindle", Stage.SPINDLE, partial(_selected, direction=direction), text, "$p",
                 dialects=("fanuc",)),
         )
     ),

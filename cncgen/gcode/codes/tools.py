@@ -45,10 +45,10 @@ def whole_of(value: float, letter: str, name: str) -> int:
     return round(value)
 
 
-def _tool(ip: Interpreter, number: int, letter: str) -> Tool:
-    tool = ip.tools.find(number)
+def known(tool: Tool | None, named: str, letter: str, hint: str = "") -> Tool:
+    """Return an entry of the tool table; raise where it has none."""
     if tool is None:
-        raise BlockError("unknown-tool", f"tool {number} is not in the tool table", letter)
+        raise BlockError("unknown-tool", f"{named} is not in the tool table", letter, hint=hint)
     return tool
 
 
@@ -71,7 +71,7 @@ def load_tool_parameters(ip: Interpreter) -> None:
 def select(ip: Interpreter, block: Block) -> None:
     """T."""
     number = whole(block, "t", "")
-    _tool(ip, number, "T")
+    known(ip.tools.find(number), f"tool {number}", "T")
     ip.state.selected = number
     ip.sink.call(f"SELECT_TOOL({number})")
 
@@ -113,7 +113,7 @@ def name_tool(ip: Interpreter, block: Block) -> None:
     if "q" not in block.words:
         raise BlockError("tool-missing", "M61 has no tool number Q", "M61")
     number = whole(block, "q", "M61")
-    _tool(ip, number, "Q")
+    known(ip.tools.find(number), f"tool {number}", "Q")
     ip.state.fetched = number
     # LinuxCNC's stand-alone interpreter keeps the tool that it had.
     if not ip.options.stand_alone or ip.dialect != "linuxcnc":
@@ -149,7 +149,8 @@ def use_offset(ip: Interpreter, offset: list[float], word: str = "G43") -> None:
 def table_offset(ip: Interpreter, number: int, letter: str = "H") -> list[float]:
     """Return the offset of a tool, which that word names, in program units."""
     tell_unknown(ip, number, letter)
-    return [value * ip.scale_of(index) for index, value in enumerate(_tool(ip, number, letter).offset)]
+    tool = known(ip.tools.find(number), f"tool {number}", letter)
+    return [value * ip.scale_of(index) for index, value in enumerate(tool.offset)]
 
 
 def length(ip: Interpreter, block: Block) -> None:

@@ -189,26 +189,16 @@ def _rough(ip: Interpreter, block: Block, name: str, swap: bool) -> None:
     depth_word = "w" if swap else "u"
     words, kept = block.words, turning_of(ip)
     if "p" not in words and "q" not in words:
-        check_idle(
-            ip,
-            block,
-            name,
-            depth_word + "r",
-            f"before the block with P and Q it takes {depth_word.upper()} and R",
-        )
+        hint = f"before the block with P and Q it takes {depth_word.upper()} and R"
+        check_idle(ip, block, name, depth_word + "r", hint)
         if depth_word in words:
             kept.depth = abs(length_of(ip, block, depth_word, name, DEEP))
         if "r" in words:
             kept.escape = abs(length_of(ip, block, "r", name, LIFT))
         return
     check_feed(ip, block, name)
-    check_idle(
-        ip,
-        block,
-        name,
-        "pquwd",
-        "how far it lifts off is R of a block before it; R1 of Haas is type II, as X and Z are in line P",
-    )
+    hint = "how far it lifts off is R of a block before it; R1 of Haas is type II, as X and Z are in line P"
+    check_idle(ip, block, name, "pquwd", hint)
     _without_compensation(ip, name)
     if "d" in words:
         kept.depth = depth_of(ip, block, name)
@@ -312,13 +302,8 @@ def like_it(ip: Interpreter, block: Block) -> None:
     )
     kept.pattern = x, z, count
     used = "uwr" if alone else "pquwikd"
-    check_idle(
-        ip,
-        block,
-        "G73",
-        used,
-        "way and number of passes are U W R before the block with P and Q, or I K D in it",
-    )
+    hint = "way and number of passes are U W R before the block with P and Q, or I K D in it"
+    check_idle(ip, block, "G73", used, hint)
     if alone:
         return
     check_feed(ip, block, "G73")
@@ -344,9 +329,8 @@ def like_it(ip: Interpreter, block: Block) -> None:
 def finish(ip: Interpreter, block: Block) -> None:
     """G70: execute the lines of the profile, F and cutter compensation with them, and go back."""
     start = ip.state.position.copy()
-    check_idle(
-        ip, block, "G70", "pq", "the profile is finished as it is written; allowances belong to G71 to G73"
-    )
+    hint = "the profile is finished as it is written; allowances belong to G71 to G73"
+    check_idle(ip, block, "G70", "pq", hint)
     _run(ip, block, "G70", ip.flow_control().execute)
     _end_corner(ip)
     back = ip.state.position.copy()

@@ -17,7 +17,7 @@ from cncgen.gcode.codes.tool_centre import CentreMove, CompensationError, Offset
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Point
-from cncgen.gcode.state.modal import PLAIN_MOTIONS, PLANE_AXES
+from cncgen.gcode.state.modal import PLAIN_MOTIONS, in_plane
 from cncgen.gcode.text.labels import Cursor
 from cncgen.records import dataclass, replace
 
@@ -190,28 +190,25 @@ class Recorder:
 
     def __init__(self, start: Point, plane: int = 18) -> None:
         self.block = Block({})
-        self._axes = PLANE_AXES[plane][:2]
-        self.at = self._in_plane(start)
+        self.plane, self.at = plane, in_plane(start, plane)
         self.segments: list[Segment] = []
 
     def straight_feed(self, end: Point) -> None:
         """Keep a line."""
-        self._keep(Segment(self.at, self._in_plane(end)))
+        self._keep(Segment(self.at, in_plane(end, self.plane)))
 
     straight_traverse = straight_feed
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
         """Keep an arc."""
-        self._keep(Segment(self.at, self._in_plane(end), complex(first, second), 1 if turns > 0 else -1))
+        self._keep(
+            Segment(self.at, in_plane(end, self.plane), complex(first, second), 1 if turns > 0 else -1)
+        )
 
     def _keep(self, segment: Segment) -> None:
         self.at = segment.end
         if segment.centre is not None or abs(segment.end - segment.start) > TINY or not self.segments:
             self.segments.append(segment)
-
-    def _in_plane(self, point: Point) -> complex:
-        first, second = self._axes
-        return complex(point[first], point[second])
 
     def __getattr__(self, name: str) -> Any:
         """Ignore any other call."""

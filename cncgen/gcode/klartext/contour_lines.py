@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import CIRCLE, POLAR_ARC, POLAR_LINE, POLE, RADIUS_ARC
+from cncgen.gcode.block import Own
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
@@ -18,7 +18,9 @@ from cncgen.gcode.text import plain_language
 from cncgen.gcode.text.plain_language import Statement
 
 #: Codes of lines and arcs, to which a contour is approached and which corners join.
-_DRAWN = frozenset(number / 10.0 for number in (0, 10, CIRCLE, RADIUS_ARC, POLAR_ARC, POLAR_LINE))
+_DRAWN = frozenset(
+    number / 10.0 for number in (0, 10, Own.CIRCLE, Own.RADIUS_ARC, Own.POLAR_ARC, Own.POLAR_LINE)
+)
 
 
 class ContourLines(Execution):
@@ -70,7 +72,7 @@ class ContourLines(Execution):
         words["dr"] = float(sense)
         words |= corner
         try:
-            self._execute(block.beside(words, (CIRCLE,), block.m))
+            self._execute(block.beside(words, (Own.CIRCLE,), block.m))
         finally:
             plain.pole, plain.plane = pole, plane
 
@@ -184,4 +186,4 @@ def is_drawn(statement: Statement) -> bool:
 
 def is_pole(statement: Statement) -> bool:
     """Tell whether a block is CC."""
-    return ("g", POLE / 10.0) in statement.words
+    return ("g", Own.POLE / 10.0) in statement.words

@@ -13,7 +13,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from cncgen.gcode.block import CIRCLE, POLAR_ARC, POLAR_LINE, RADIUS_ARC, Block, Value, evaluate
+from cncgen.gcode.block import Block, Own, Value, evaluate
 from cncgen.gcode.codes.arcs import tangent_centre
 from cncgen.gcode.codes.compensated_sink import CompensatedSink
 from cncgen.gcode.codes.feeds import set_feed
@@ -52,7 +52,7 @@ def plunge(ip: Interpreter, block: Block, part: float) -> float | None:
     return feed
 
 
-_CURVES = frozenset((CIRCLE, RADIUS_ARC, POLAR_ARC, POLAR_LINE))
+_CURVES = frozenset((Own.CIRCLE, Own.RADIUS_ARC, Own.POLAR_ARC, Own.POLAR_LINE))
 
 
 def lengthen(ip: Interpreter, block: Block, marks: Mapping[str, Value]) -> None:

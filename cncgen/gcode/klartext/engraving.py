@@ -36,10 +36,8 @@ def engrave(cycle: HoleCycle) -> None:
         hint = 'QS500="ABC" and Q516=0 engrave a known text along a line'
         raise BlockError("unsupported-block", f"{what} of {cycle.name} is not read", "CYCL", hint=hint)
     place_of = f"Q367 = {q[367]:g} of {cycle.name} is not read: the text begins at the tool's place"
-    refuse(
-        "CYCL",
-        (round(q[367]) not in (0, 1), "unsupported-block", place_of, "Q367 is 0 or 1, the lower left corner"),
-    )
+    hint = "Q367 is 0 or 1, the lower left corner"
+    refuse("CYCL", (round(q[367]) not in (0, 1), "unsupported-block", place_of, hint))
     turn, letters = cmath.rect(1.0, math.radians(q[374])), strokes(text, q[513], q[514] or 1.0)
     length = max((point.real for stroke in letters for point in stroke), default=0.0)
     message = f"{cycle.name} engraves letters of our own: those of the control are not published, and are longer or shorter"

@@ -8,18 +8,7 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
-from cncgen.gcode.block import (
-    AXIS_INDEX,
-    CIRCLE,
-    CYCLE_CALL,
-    POLAR_ARC,
-    POLAR_LINE,
-    RADIUS_ARC,
-    Block,
-    Value,
-    evaluate,
-    gather,
-)
+from cncgen.gcode.block import AXIS_INDEX, Block, Own, Value, evaluate, gather
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
@@ -37,7 +26,7 @@ from cncgen.kernels.language_code import TOOL_FEED
 OF_PARAMETERS = 200
 #: The hint where a file is missing.
 INCLUDE = "--include adds a folder to the search path"
-_ARCS = (CIRCLE, RADIUS_ARC, POLAR_ARC)
+_ARCS = (Own.CIRCLE, Own.RADIUS_ARC, Own.POLAR_ARC)
 #: M2 and M30.
 _ENDS = (20, 300)
 
@@ -167,9 +156,9 @@ class Execution(ProgramText):
         orientation.take(self.ip, block, marks)
         contours.lengthen(self.ip, block, marks)
         usual = contours.plunge(self.ip, block, self._plunge)
-        called = CYCLE_CALL in block.g
+        called = Own.CYCLE_CALL in block.g
         if called:
-            block.g = tuple(number for number in block.g if number != CYCLE_CALL)
+            block.g = tuple(number for number in block.g if number != Own.CYCLE_CALL)
             self._modal = False
         if self.ip.state.compensation != 40 and "R0" in marks and not {410, 420} & set(block.g):
             self._execute(block.beside({}, (400,)))
@@ -177,7 +166,7 @@ class Execution(ProgramText):
             message = f"{'RL is followed by RR' if 420 in block.g else 'RR is followed by RL'} without a block with R0 between"
             raise BlockError("comp-refused", message, "R", hint="a line with R0 leads off the contour before")
         moves = not AXIS_INDEX.keys().isdisjoint(block.words) or any(
-            number in (*_ARCS, POLAR_LINE) for number in block.g
+            number in (*_ARCS, Own.POLAR_LINE) for number in block.g
         )
         if moves:
             block.words |= self._corner_after(at)

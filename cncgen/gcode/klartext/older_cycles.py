@@ -67,10 +67,8 @@ def run(ip: Interpreter, number: int) -> None:
     parts = Plain.of(ip).parts
     for k, name in enumerate(PARTS[number], 1):
         part = f"{number}.{k} {name}"
-        refuse(
-            "CYCL",
-            (name not in parts, "cycle-words", f"cycle {number} has no {part}", f"CYCL DEF {part} gives it"),
-        )
+        message = f"cycle {number} has no {part}"
+        refuse("CYCL", (name not in parts, "cycle-words", message, f"CYCL DEF {part} gives it"))
     values = {"RADIUS": 0.0, "FIRST": 0.0, **parts}
     if number == _THREAD:
         _cut_thread(ip, values["DEPTH"], values["PITCH"])

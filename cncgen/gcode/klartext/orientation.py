@@ -14,7 +14,7 @@ import math
 from collections.abc import Iterator, Mapping
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import AXES, TIP, Block, Value, evaluate
+from cncgen.gcode.block import AXES, Block, Own, Value, evaluate
 from cncgen.gcode.codes import affine, carried_planes
 from cncgen.gcode.codes.plain_language import TIP_MODE, Plain
 from cncgen.gcode.codes.tool_vectors import VectorTurn
@@ -112,7 +112,7 @@ def take(ip: Interpreter, block: Block, marks: Mapping[str, Value]) -> None:
     if _is_followed(ip) and Plain.of(ip).spatial is not None and _OF_MACHINE not in block.g:
         _take_angles(ip, block, marks)
     given = {name: block.words.pop(name) for name in (*TOOL, *NORMAL) if name in block.words}
-    if not given or not (_is_followed(ip) or TIP in block.g):
+    if not given or not (_is_followed(ip) or Own.TIP in block.g):
         return
     names = TOOL if given.keys() & {*TOOL} else NORMAL
     x, y, z = (given.get(name, 0.0) for name in names)

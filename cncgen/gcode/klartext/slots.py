@@ -78,9 +78,8 @@ def works(cycle: HoleCycle) -> tuple[bool, bool, float, float]:
     q, kind = cycle.q, round(cycle.q[215])
     check_feeds(cycle)
     message = f"Q215 = {q[215]:g} of {cycle.name} is not 0, 1 or 2"
-    refuse(
-        "CYCL", (kind not in (0, 1, 2), "cycle-words", message, "0 roughs and finishes, 1 roughs, 2 finishes")
-    )
+    hint = "0 roughs and finishes, 1 roughs, 2 finishes"
+    refuse("CYCL", (kind not in (0, 1, 2), "cycle-words", message, hint))
     side, floor = max(q[368], 0.0), max(q[369], 0.0)
     if kind == 2 and not side and not floor:
         message = f"{cycle.name} finishes (Q215 = 2) and has no allowance Q368 or Q369: it is not made"

@@ -122,8 +122,10 @@ class PrintingSink:
         """Print RIGID_TAP."""
         self.call(f"RIGID_TAP({end[0]:.4f}, {end[1]:.4f}, {end[2]:.4f})")
 
-    def synchronise(self, pitch: float | None) -> None:
-        """Print nothing: the calls that begin and end it are printed as they come."""
+    def _nothing(self, *told: object) -> None:
+        """Print nothing: what it says is printed by other calls."""
+
+    synchronise = set_spindle = set_surface_speed = place = _nothing
 
     def nurbs_feed(self, curve: Curve) -> None:
         """Print NURBS_FEED, of which the peer prints the number of control points alone."""
@@ -149,12 +151,6 @@ class PrintingSink:
     def set_feed_mode(self, mode: int, synched: bool) -> None:
         """Print SET_FEED_MODE."""
         self.call(f"SET_FEED_MODE(0, {int(synched)})")
-
-    def set_spindle(self, speed: float, direction: int) -> None:
-        """Print nothing: the calls that change the spindle are printed as they come."""
-
-    def set_surface_speed(self, limit: float | None) -> None:
-        """Print nothing, as `set_spindle`."""
 
     def set_motion_control_mode(self, mode: PathMode, tolerance: float | None, naive: float | None) -> None:
         """Print SET_MOTION_CONTROL_MODE, and the tolerance of joining lines in continuous mode."""
@@ -184,9 +180,6 @@ class PrintingSink:
     def where(self, position: Point) -> Point:
         """Return `position`: the machine stands where it should."""
         return position
-
-    def place(self, position: Point) -> None:
-        """Print nothing: the comment that says it is printed."""
 
 
 def _six(point: Point) -> str:

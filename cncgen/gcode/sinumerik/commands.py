@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from cncgen.diagnostics import Severity
@@ -122,10 +122,8 @@ def _one_frame(names: Iterable[str]) -> None:
     """Raise where two commands make frames: which axes are of which no one can tell."""
     made = [name for name in names if name in _FRAMES]
     message = f"{' and '.join(made[:2])} stand in one block: a frame has a block of its own"
-    refuse(
-        made[-1] if made else "",
-        (len(made) > 1, "modal-conflict", message, "write each in its own block, the second one with A"),
-    )
+    hint = "write each in its own block, the second one with A"
+    refuse(made[-1] if made else "", (len(made) > 1, "modal-conflict", message, hint))
 
 
 def _modal_call(motions: Motions, words: Words) -> None:
@@ -369,14 +367,18 @@ def take_edge(motions: Motions) -> None:
 # Switches and commands with arguments.
 
 
-def _traori(motions: Motions) -> None:
+def _traori(motions: Motions, name: str = "", values: Sequence[Scalar | None] = ()) -> None:
+    if values and values[0] not in (None, 1.0):
+        raise not_read(f"TRAORI({values[0]})", "the machine file describes one transformation")
     ip = motions.ip
     motions.heading = None
     tool_point.turn_on(ip, Block({"h": float(ip.state.tool)}), "TRAORI")
 
 
-def _transmit(motions: Motions) -> None:
+def _transmit(motions: Motions, name: str = "", values: Sequence[Scalar | None] = ()) -> None:
     """TRANSMIT: X and Y are those of the face of the part, where the axes are X and C."""
+    if values and values[0] not in (None, 1.0):
+        raise not_read(f"TRANSMIT({values[0]})", "the first transformation is")
     motions.settle()
     rotary_paths.face(motions.ip, "TRANSMIT")
     motions.pole, motions.heading = 0j, None
@@ -395,12 +397,6 @@ def _tracyl(motions: Motions, name: str, values: list[Scalar | None]) -> None:
     motions.ip.rewrite = None
     motions.emit({}, ({17: 170, 18: 180, 19: 190}[plane],))
     motions.pole, motions.heading = 0j, None
-
-
-def _transmit_of(motions: Motions, name: str, values: list[Scalar | None]) -> None:
-    if values and values[0] not in (None, 1.0):
-        raise not_read(f"TRANSMIT({values[0]})", "the first transformation is")
-    _transmit(motions)
 
 
 def _trafoof(motions: Motions) -> None:
@@ -467,12 +463,6 @@ def nothing(motions: Motions, name: str, values: list[Scalar | None]) -> None:
     """Accept a word that changes no motion."""
 
 
-def _traori_of(motions: Motions, name: str, values: list[Scalar | None]) -> None:
-    if values and values[0] not in (None, 1.0):
-        raise not_read(f"TRAORI({values[0]})", "the machine file describes one transformation")
-    _traori(motions)
-
-
 def _path_axes(motions: Motions, name: str, values: list[Scalar | None]) -> None:
     """FGROUP(X,Y): the axes whose path has the feed F; it is that of X Y Z here, as without FGROUP."""
     axes = {value for value in values if isinstance(value, str)}
@@ -508,23 +498,14 @@ def _geometry_axes(motions: Motions, name: str, values: list[Scalar | None]) -> 
 
 def _other_channel(motions: Motions, name: str, values: list[Scalar | None]) -> None:
     """INIT, START, WAITE, GET, RELEASE: programs and axes of other channels."""
-    motions.note_once(
-        "channel-alone",
-        f"{name} is passed over: the other channels do not run here",
-        name,
-        "the time that it waits is not counted",
-    )
+    message = f"{name} is passed over: the other channels do not run here"
+    motions.note_once("channel-alone", message, name, "the time that it waits is not counted")
 
 
 def _alarm(motions: Motions, name: str, values: list[Scalar | None]) -> None:
     """SETAL(n, "..."): an alarm; the program goes on."""
-    motions.note(
-        "program-alarm",
-        f"the program raises alarm {values[0] or 0.0:g}"
-        if values and not isinstance(values[0], str)
-        else "the program raises an alarm",
-        name,
-    )
+    which = f"alarm {values[0] or 0.0:g}" if values and not isinstance(values[0], str) else "an alarm"
+    motions.note("program-alarm", f"the program raises {which}", name)
 
 
 def _interrupt(motions: Motions, name: str, values: list[Scalar | None]) -> None:
@@ -548,8 +529,8 @@ def rounding(motions: Motions, words: Words) -> None:
 
 CALLS: dict[str, Callable[[Motions, str, list[Scalar | None]], None]] = {
     "MSG": _message,
-    "TRAORI": _traori_of,
-    "TRANSMIT": _transmit_of,
+    "TRAORI": _traori,
+    "TRANSMIT": _transmit,
     "TRACYL": _tracyl,
     "SETAL": _alarm,
     "SETMS": _master,

@@ -222,9 +222,8 @@ class _Cuts:
         path = [segment.seen(across, swap) for segment in contour]
         returns = not all(segment.advances() for segment in path)
         message = f"the contour of {name} goes back along {'X' if swap else 'Z'}"
-        refuse(
-            name, (returns, "profile-not-monotonic", message, "cut what lies behind in a cycle of its own")
-        )
+        hint = "cut what lies behind in a cycle of its own"
+        refuse(name, (returns, "profile-not-monotonic", message, hint))
         usual = _LIFT / INCH if motions.ip.state.inches else _LIFT
         return cls(Lathe(motions.ip, across, swap), path, swap, lift or usual, name)
 

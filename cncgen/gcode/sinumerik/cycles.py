@@ -256,9 +256,8 @@ def _check_axis(name: str, values: Values) -> None:
     """Refuse AXN, the thirteenth parameter, where it chooses another axis than the one beside the plane."""
     axis = filled(values, 12)
     message = f"AXN = {axis:g} of {name} (a hole along an axis of the plane) is not read"
-    refuse(
-        name, (axis not in (0.0, 3.0), "not-read", message, "AXN = 3, or none, is the axis beside the plane")
-    )
+    hint = "AXN = 3, or none, is the axis beside the plane"
+    refuse(name, (axis not in (0.0, 3.0), "not-read", message, hint))
 
 
 def of_two(name: str, values: Values, index: int, digit: int) -> tuple[float | None, float | None]:

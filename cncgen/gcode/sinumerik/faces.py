@@ -45,9 +45,8 @@ class _Mill(FlatCutter):
         self.name, self.hole, self.angle = name, hole, angle
         self.radius = motions.ip.cutting_radius(name)
         message = f"{name} steps aside by a part of the tool, which has no radius"
-        refuse(
-            name, (self.radius <= 0.0, "cycle-tool", message, "--tool-table gives the diameter of the tool")
-        )
+        hint = "--tool-table gives the diameter of the tool"
+        refuse(name, (self.radius <= 0.0, "cycle-tool", message, hint))
         self.cutting = milling_feed(motions, name, feeds[0])
         self.feed_down = feeds[1] or motions.ip.state.feed
         motions.ip.state.motion = 10
@@ -73,9 +72,8 @@ class _Mill(FlatCutter):
 def _kind(name: str, vari: float) -> tuple[bool, int]:
     """Return whether VARI roughs, and its tens."""
     message = f"VARI = {vari:g} of {name} neither roughs nor finishes"
-    refuse(
-        name, (vari % 10 not in (1.0, 2.0), "not-read", message, "VARI ends in 1 to rough, in 2 to finish")
-    )
+    hint = "VARI ends in 1 to rough, in 2 to finish"
+    refuse(name, (vari % 10 not in (1.0, 2.0), "not-read", message, hint))
     return vari % 10 == 1.0, round(vari) // 10 % 10
 
 

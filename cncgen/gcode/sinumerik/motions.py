@@ -41,7 +41,7 @@ from cncgen.gcode.sinumerik.expressions import Function, Quoted, Scalar, Value, 
 from cncgen.gcode.sinumerik.reading import Item
 from cncgen.gcode.sinumerik.said import file_name
 from cncgen.gcode.sinumerik.variables import Store
-from cncgen.gcode.state.modal import PLANE_AXES
+from cncgen.gcode.state.modal import PLANE_AXES, in_plane
 from cncgen.gcode.text.labels import Cursor
 
 #: Meaning of a coordinate that the block states.
@@ -54,6 +54,10 @@ _STEPS = ("IC", "DIC", "RIC")
 #: Motions: their number among the interpreter's codes; others are worked out here.
 _MOTIONS = {0: "G0", 1: "G1", 2: "G2", 3: "G3", 33: "G33", 331: "G331", 332: "G332"}
 _PLAIN = {"G0": 0, "G1": 10, "G2": 20, "G3": 30}
+#: Words that mean nothing where nothing uses them, as the feed of a corner in a block without one.
+_IDLE = frozenset(
+    ["FRC", "H", "H1", "H2", "SPOS", "SPOSA", "LIMS", "DISC", "FAD", "OTOL", "CTOLG0", "OTOLG0", "N"]
+)
 #: Codes of motions at a feed.
 _FED = frozenset((10, 20, 30, 50))
 #: The state that a contour may change while it is only examined.
@@ -222,8 +226,7 @@ class Motions:
 
     def here_in_plane(self) -> complex:
         """Return where the tool is in the plane."""
-        first, second, _ = self.plane()
-        return complex(self.ip.state.position[first], self.ip.state.position[second])
+        return in_plane(self.ip.state.position, self.ip.state.plane)
 
     def move(self, end: dict[str, float], *, rapid: bool) -> None:
         """Go to coordinates in a straight line."""
@@ -535,9 +538,8 @@ class Motions:
             start = rows[0] if last else begin
             self.heading = [b - a for a, b in zip(start, finish, strict=True)]
         else:
-            first, second, _ = self.plane()
             about = complex(centre[last, 0], centre[last, 1])
-            arcs.head(self, complex(finish[first], finish[second]) - about, clockwise=motion[last] == 2)
+            arcs.head(self, in_plane(finish, self.ip.state.plane) - about, clockwise=motion[last] == 2)
 
     # Motion.
 
@@ -689,24 +691,7 @@ class Motions:
 
     def _left_over(self, words: Words) -> None:
         """Raise where a word belongs to nothing in its block."""
-        # The feed of a corner means nothing in a block without one.
-        words.named.pop("FRC", None)
-        for name in (
-            "H",
-            "H1",
-            "H2",
-            "SPOS",
-            "SPOSA",
-            "LIMS",
-            "DISC",
-            "FAD",
-            "OTOL",
-            "CTOLG0",
-            "OTOLG0",
-            "N",
-        ):
-            words.named.pop(name, None)
-        left = next(iter([*words.named, *words.texts]), None)
+        left = next((name for name in (*words.named, *words.texts) if name not in _IDLE), None)
         if left is not None:
             message = f"{left} stands in a block with nothing that uses it"
             hint = "is it of another motion, or a variable without DEF?"

@@ -43,9 +43,8 @@ def _cleared(motions: Motions, name: str, hole: Hole, pocket: Pocket, how: dict[
     """Clear a pocket from the reference plane down, roughing or finishing as VARI says, and go to the retraction plane."""
     radius = motions.ip.cutting_radius(name, min(pocket.length, pocket.width))
     message = f"VARI = {how['vari']:g} of {name} (finishing an edge, or chamfering) is not read"
-    refuse(
-        name, (how["vari"] % 10 not in (0.0, 1.0, 2.0), "not-read", message, "VARI = 1 roughs, 2 finishes")
-    )
+    hint = "VARI = 1 roughs, 2 finishes"
+    refuse(name, (how["vari"] % 10 not in (0.0, 1.0, 2.0), "not-read", message, hint))
     rough = how["vari"] % 10 != 2
     side, floor = (how["fal"], how["fald"]) if rough else (0.0, 0.0)
     pocket = pocket.within(side)

@@ -20,6 +20,7 @@ from cncgen.gcode.codes.leads import lead_arc, lead_line
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinumerik.arcs import follow
+from cncgen.gcode.state.modal import in_plane
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions, Words
@@ -141,8 +142,9 @@ def take_next(motions: Motions, words: Words, end: list[float]) -> bool:
 def _lead(motions: Motions, soft: Soft, place: list[float], segment: Segment) -> None:
     """Lead the tool to the contour's first point and motion."""
     first, second, normal = motions.plane()
-    contour = complex(place[first], place[second])
-    path = _arc(motions, soft, contour, segment.heading(segment.start), on=True)
+    path = _arc(
+        motions, soft, in_plane(place, motions.ip.state.plane), segment.heading(segment.start), on=True
+    )
     floor, outer = place[normal], soft.begin[normal]
     low = soft.level(floor, outer)
     feed = motions.ip.state.feed
@@ -165,8 +167,7 @@ def _lead(motions: Motions, soft: Soft, place: list[float], segment: Segment) ->
 def retract(motions: Motions, soft: Soft, words: Words) -> None:
     """Leave the contour, go up to DISCL, and to the end of the block; G40 of the block ends compensation behind the arc."""
     first, second, normal = motions.plane()
-    heading = motions.heading
-    way = complex(heading[first], heading[second]) if heading else 0j
+    way = in_plane(motions.heading, motions.ip.state.plane) if motions.heading else 0j
     end = motions.end_of(words)
     moved = {AXES[k].upper() for k in (first, second)} & words.axes.keys()
     words.axes.clear()
@@ -175,7 +176,7 @@ def retract(motions: Motions, soft: Soft, words: Words) -> None:
     place = motions.ip.state.position
     floor = place[normal]
     high = soft.level(floor, end[normal]) if end[normal] != floor else floor
-    path = _arc(motions, soft, complex(place[first], place[second]), way / abs(way), on=False)
+    path = _arc(motions, soft, motions.here_in_plane(), way / abs(way), on=False)
     feed, old = motions.ip.state.feed, soft.before[1] or motions.ip.state.feed
     if old <= 0.0:
         raise BlockError("feed-missing", f"G{soft.code} has no feed", "F", hint="F feeds on the arc")
@@ -222,8 +223,7 @@ def _arc(motions: Motions, soft: Soft, point: complex, heading: complex, *, on: 
     quarters = (APPROACH if on else RETRACT)[soft.code]
     if not quarters:
         return lead_line(point, heading, soft.radius + radius, leaving=not on)
-    first, second, _ = motions.plane()
-    away = complex(soft.begin[first], soft.begin[second]) - point
+    away = in_plane(soft.begin, motions.ip.state.plane) - point
     side = tool if soft.side == 2 else soft.side or (1 if (away * heading.conjugate()).imag >= 0.0 else -1)
     if not side:
         raise soft.fault(

@@ -56,14 +56,10 @@ def _system(ip: Interpreter) -> float:
     return 53.0 + number if number <= 6 else 59.0 + (number - 6) / 10.0
 
 
-def _frame(name: str) -> Callable[[Interpreter], bool]:
-    """Tell whether a part of the frame in force changes anything."""
-
-    def reader(ip: Interpreter) -> bool:
-        frame = getattr(ip.sink, "frame", None)
-        return frame is not None and frame.has(name)
-
-    return reader
+def _in_frame(ip: Interpreter, name: str, idle: object) -> bool:
+    """Tell whether a part of FANUC's frame in force, which cutter compensation may stand before, changes anything."""
+    parts = getattr(ip.sink, "parts", None) or getattr(getattr(ip.sink, "inner", None), "parts", None)
+    return bool(getattr(parts, name, idle) != idle)
 
 
 def _modal_call(ip: Interpreter) -> float:
@@ -74,7 +70,6 @@ def _modal_call(ip: Interpreter) -> float:
 
 
 _PATHS = {PathMode.EXACT_STOP: 61.0, PathMode.EXACT_PATH: 61.0, PathMode.CONTINUOUS: 64.0}
-_MIRROR, _SCALE, _TURN = _frame("mirror"), _frame("scale"), _frame("angle")
 #: Modal codes by group, and the words in force.
 _MODAL: dict[int, Reader] = {
     4001: _motion,
@@ -86,14 +81,14 @@ _MODAL: dict[int, Reader] = {
     4008: lambda ip: float(ip.state.length_code),
     4009: _cycle,
     4010: lambda ip: 98.0 if ip.state.retract_old else 99.0,
-    4011: lambda ip: 51.0 if _SCALE(ip) else 50.0,
+    4011: lambda ip: 51.0 if _in_frame(ip, "scale", [1.0] * 3) else 50.0,
     4012: _modal_call,
     4013: lambda ip: 97.0 if ip.state.constant_surface is None else 96.0,
     4014: _system,
     4015: lambda ip: _PATHS[ip.state.path_mode],
-    4016: lambda ip: 68.0 if _TURN(ip) else 69.0,
+    4016: lambda ip: 68.0 if _in_frame(ip, "angle", 0.0) else 69.0,
     4017: lambda ip: 15.0 if ip.state.polar is None else 16.0,
-    4022: lambda ip: 51.1 if _MIRROR(ip) else 50.1,
+    4022: lambda ip: 51.1 if _in_frame(ip, "mirror", {}) else 50.1,
     4107: lambda ip: float(ip.state.radius_number or 0),
     4109: lambda ip: ip.state.feed,
     4111: lambda ip: float(ip.state.length_number or 0),

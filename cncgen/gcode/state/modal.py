@@ -155,6 +155,12 @@ class State:
 PLANE_AXES = {17: (0, 1, 2), 18: (2, 0, 1), 19: (1, 2, 0), 171: (6, 7, 8), 181: (8, 6, 7), 191: (7, 8, 6)}
 
 
+def in_plane(point: list[float], plane: int) -> complex:
+    """Return a point in a plane: its first axis real, its second imaginary."""
+    first, second, _ = PLANE_AXES[plane]
+    return complex(point[first], point[second])
+
+
 #: Columns that are lengths: X Y Z and U V W.
 LENGTHS = (0, 1, 2, 6, 7, 8)
 #: The codes of planes in tenths, with the plane that each chooses.

@@ -4,6 +4,7 @@ Parameters", "Numbered Parameters")."""
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from cncgen.gcode.block import AXES
 
@@ -22,16 +23,8 @@ def position_parameter(ip: Interpreter, number: int) -> float:
     return ip.reported_position()[number - POSITION.start]
 
 
-def _position(index: int) -> Callable[[Interpreter], float]:
-    return lambda ip: ip.reported_position()[index]
-
-
-def _absolute(index: int) -> Callable[[Interpreter], float]:
-    return lambda ip: ip.machine_position()[index]
-
-
-def _motion_mode(ip: Interpreter) -> float:
-    return float(ip.state.motion)
+def _absolute(ip: Interpreter, index: int) -> float:
+    return ip.machine_position()[index]
 
 
 def _pocket(ip: Interpreter, number: int) -> float:
@@ -41,12 +34,15 @@ def _pocket(ip: Interpreter, number: int) -> float:
 
 
 NAMED: dict[str, Callable[[Interpreter], float]] = {
-    **{f"_{letter}": _position(index) for index, letter in enumerate(AXES)},
-    **{f"_abs_{letter}": _absolute(index) for index, letter in enumerate(AXES)},
+    **{
+        f"_{letter}": partial(position_parameter, number=POSITION.start + index)
+        for index, letter in enumerate(AXES)
+    },
+    **{f"_abs_{letter}": partial(_absolute, index=index) for index, letter in enumerate(AXES)},
     "_vmajor": lambda ip: 2.9,
     "_vminor": lambda ip: 0.0,
     "_line": lambda ip: ip.sink.block.line,
-    "_motion_mode": _motion_mode,
+    "_motion_mode": lambda ip: float(ip.state.motion),
     "_plane": lambda ip: ip.state.plane * 10 if ip.state.plane < 100 else ip.state.plane,
     "_ccomp": lambda ip: ip.state.compensation * 10,
     "_metric": lambda ip: not ip.state.inches,

@@ -22,27 +22,7 @@ from functools import cache
 from itertools import pairwise
 from typing import Any, NamedTuple, cast
 
-from cncgen.gcode.block import (
-    AXIS_INDEX,
-    CIRCLE,
-    CYCLE_CALL,
-    LARGEST,
-    OVERSIZE,
-    POLAR_ARC,
-    POLAR_LINE,
-    POLE,
-    RADIUS_ARC,
-    REMARK,
-    RETRACT,
-    SPL,
-    TIP,
-    TIP_OFF,
-    TOOL_FEED,
-    TOOL_SIZES,
-    Computed,
-    Value,
-    evaluate,
-)
+from cncgen.gcode.block import AXIS_INDEX, LARGEST, Computed, Own, Value, evaluate
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.text import expressions
 from cncgen.gcode.text.syntax_errors import Language, refusal
@@ -85,36 +65,22 @@ _FIRST = 4000.0
 #: The first number that no parameter has.
 _BEYOND = 5602
 #: M functions from 100 on that are the control's own; the others are the machine builder's.
-_OF_CONTROL = (
-    *range(101, 121),
-    124,
-    *range(126, 131),
-    *range(132, 139),
-    140,
-    *range(141, 146),
-    *range(148, 151),
-)
+_OF_CONTROL = {*range(101, 121), 124, *range(126, 131), *range(132, 139), *range(140, 146), 148, 149, 150}
+_REMARK = ("g", Own.REMARK / 10.0)
+#: M functions of which a remark tells: some of the control, and those of the machine's builder.
+_TOLD = (109.0, 110.0, 111.0, 116.0, *(float(m) for m in range(100, 200) if m not in _OF_CONTROL))
 #: M functions that stand for several of G-code, or for another one.
 _FUNCTIONS: dict[Value, Words] = {
     13.0: [("m", 3.0), ("m", 8.0)],
     14.0: [("m", 4.0), ("m", 8.0)],
     91.0: [("g", 53.0)],
-    92.0: [("g", 53.0), ("g", REMARK / 10.0), ("remark", 92.0)],
-    99.0: [("g", CYCLE_CALL / 10.0)],
-    129.0: [("g", TIP_OFF / 10.0)],
+    92.0: [("g", 53.0), _REMARK, ("remark", 92.0)],
+    99.0: [("g", Own.CYCLE_CALL / 10.0)],
+    129.0: [("g", Own.TIP_OFF / 10.0)],
     136.0: [("g", 95.0)],
     137.0: [("g", 94.0)],
-    **{number: [("g", REMARK / 10.0), ("remark", number)] for number in (97.0, 98.0)},
-    **{
-        number: [("m", number), ("g", REMARK / 10.0), ("remark", number)]
-        for number in (
-            109.0,
-            110.0,
-            111.0,
-            116.0,
-            *(float(m) for m in range(100, 200) if m not in _OF_CONTROL),
-        )
-    },
+    **{number: [_REMARK, ("remark", number)] for number in (97.0, 98.0)},
+    **{number: [("m", number), _REMARK, ("remark", number)] for number in _TOLD},
 }
 #: M functions that change the meaning of motions.
 _NOT_READ: dict[Value, str] = {
@@ -129,10 +95,16 @@ _FORMULA_HINT = "Q1 = ( Q2 + 3 ) * SIN Q3"
 #: Functions of formulas whose operands are texts.
 _OF_TEXTS = ("STRLEN", "STRCOMP", "TONUMB", "INSTR")
 _READ = "of the plain language L, LN, LP, CC, C, CR, CP, CT, RND, CHF, APPR, DEP, SPL, TOOL CALL, CYCL DEF, LBL, CALL LBL, FN are read"
-_MOTIONS = {"SPL": SPL, "LP": POLAR_LINE, "CC": POLE, "CP": POLAR_ARC, "CR": RADIUS_ARC, "C": CIRCLE}
-_REMARK = ("g", REMARK / 10.0)
+_MOTIONS = {
+    "SPL": Own.SPL,
+    "LP": Own.POLAR_LINE,
+    "CC": Own.POLE,
+    "CP": Own.POLAR_ARC,
+    "CR": Own.RADIUS_ARC,
+    "C": Own.CIRCLE,
+}
 #: Codes of motions that end where their axis words say.
-_LEADING = (0.0, 1.0, CIRCLE / 10.0, RADIUS_ARC / 10.0)
+_LEADING = (0.0, 1.0, Own.CIRCLE / 10.0, Own.RADIUS_ARC / 10.0)
 #: Operators of functions that the grammar has as one token with others.
 _OPERATORS = {"1": ("+",), "2": ("-",), "3": ("*",), "4": ("DIV", "/")}
 LANGUAGE = Language(
@@ -261,10 +233,6 @@ def _parameter(q: str) -> Value:
     return expressions.parameter(_number_of(q))
 
 
-def _signed_parameter(sign: str, q: str) -> Value:
-    return _unary(sign, _parameter(q))
-
-
 def _unary(sign: str, value: Value) -> Value:
     return expressions.negative(value, expressions.HEIDENHAIN) if sign == "-" else value
 
@@ -300,11 +268,6 @@ def _radius(value: Value | str) -> Raw:
     return "R", number(value) if isinstance(value, str) else value
 
 
-def _paraxial(sign: str) -> Raw:
-    """Return R+ or R-, the compensation of a line along one axis."""
-    return _sense("R", sign)
-
-
 def _misplaced(name: str, value: Value) -> Raw:
     message = f"{name.upper()}: oversizes of a tool stand in TOOL CALL alone"
     hint = "TOOL CALL 5 Z S2000 DL+0.1 DR-0.02"
@@ -325,6 +288,11 @@ def _corner(kind: str, size: Value, feed: Value | str = 0.0, *_: Value | str) ->
     return Statement("corner", data=(kind.upper(), size, feed))
 
 
+def _turns_left_out(*axes: str) -> Raw:
+    """M94: the axes whose whole turns count no longer, as the bits of a number."""
+    return "M94", float(sum(1 << AXIS_INDEX[axis.lower().removeprefix("i")] for axis in axes))
+
+
 def _retract(height: Value | str, *feed: Value | str) -> Raw:
     """M140 MB: the way back, and its own feed, 0 where it is a traverse: both are the value of one word."""
     way = 0.0 if isinstance(height, str) else height
@@ -334,7 +302,7 @@ def _retract(height: Value | str, *feed: Value | str) -> Raw:
 
 def _retraction(value: Value) -> Words:
     way, feed = cast("tuple[Value, Value]", value)
-    return [("g", RETRACT / 10.0), ("mb", way), ("mb_f", feed)]
+    return [("g", Own.RETRACT / 10.0), ("mb", way), ("mb_f", feed)]
 
 
 def meant(words: Iterable[Raw]) -> Words:
@@ -381,10 +349,6 @@ def called_feed(p: Parameters) -> float:
     return plain.tool_feed
 
 
-def _nothing(value: Value) -> Words:
-    return []
-
-
 #: Meanings of the words that are not a letter of G-code.
 _MEANINGS: dict[str, Callable[[Value], Words]] = {
     **{f"I{letter.upper()}": _step(index) for letter, index in AXIS_INDEX.items()},
@@ -395,9 +359,9 @@ _MEANINGS: dict[str, Callable[[Value], Words]] = {
     "FZ": lambda value: [("f", _of_a_turn(value)), _REMARK, ("remark", 3.0)],
     "DR±": lambda sense: [("dr", sense)],
     "M": lambda value: _FUNCTIONS.get(value, [("m", value)]),
-    "M128": lambda value: [("g", TIP / 10.0)],
+    "M128": lambda value: [("g", Own.TIP / 10.0)],
     "M140": _retraction,
-    **dict.fromkeys(("R0", "R±", "FMAX", "M89", "M90", "M94", "M103", ""), _nothing),
+    **dict.fromkeys(("R0", "R±", "FMAX", "M89", "M90", "M94", "M103", ""), lambda value: []),
 }
 _MARKS = frozenset(("R0", "R±", "M89", "M94", "M103", "M128", "IX", "IY", "IA", "IB", "IC"))
 #: Words of a refused block that are left out, one after another, for the place where it leads.
@@ -515,7 +479,7 @@ def _tool_call(tool: Value | tuple[Computed] | None, *words: Raw) -> Statement:
     oversize: Words = [("dl", sizes["DL"]), ("dr_", sizes["DR"])]
     rest = meant(word for word in words if word[0] not in ("DL", "DR", "DR2"))
     if any(letter == "f" for letter, _ in rest):
-        rest.append(("g", TOOL_FEED / 10.0))
+        rest.append(("g", Own.TOOL_FEED / 10.0))
     if any(name == "DR2" and value != 0.0 for name, value in words):
         rest += [_REMARK, ("remark", 5.0)]
     if tool is None:
@@ -525,7 +489,7 @@ def _tool_call(tool: Value | tuple[Computed] | None, *words: Raw) -> Statement:
         ]
         if given:
             # Oversizes alone are those of the tool in the spindle.
-            rest = [("t", _tool_in_spindle), ("g", OVERSIZE / 10.0), *oversize, ("g", 43.0), *rest]
+            rest = [("t", _tool_in_spindle), ("g", Own.OVERSIZE / 10.0), *oversize, ("g", 43.0), *rest]
         return _block(rest, words)
     found = tool[0] if isinstance(tool, tuple) else tool
     if isinstance(found, float) and not found.is_integer():
@@ -537,7 +501,9 @@ def _tool_call(tool: Value | tuple[Computed] | None, *words: Raw) -> Statement:
         rest += [_REMARK, ("remark", 1.0)]
     if found == 0.0:
         return _block([("t", found), ("m", 6.0), ("g", 49.0), *rest], words)
-    return _block([("t", found), ("m", 6.0), ("g", 43.0), ("g", OVERSIZE / 10.0), *oversize, *rest], words)
+    return _block(
+        [("t", found), ("m", 6.0), ("g", 43.0), ("g", Own.OVERSIZE / 10.0), *oversize, *rest], words
+    )
 
 
 def _cutting_speed(name: str, value: Value) -> Raw:
@@ -584,7 +550,7 @@ def _tool_sizes(tool: Value | tuple[Computed] | None, *words: Raw) -> Statement:
     sizes = {names[name]: value for name, value in words if name in names}
     if not sizes or tool is None or isinstance(tool, tuple):
         return Statement("block")
-    return Statement("block", [("g", TOOL_SIZES / 10.0), ("tool", tool), *sizes.items()])
+    return Statement("block", [("g", Own.TOOL_SIZES / 10.0), ("tool", tool), *sizes.items()])
 
 
 def _tool_in_spindle(p: Parameters) -> float:
@@ -611,7 +577,7 @@ def tolerance(words: Iterable[Raw]) -> Words:
 
 def _cycle_call(places: str | None, *words: Raw) -> Statement:
     """CYCL CALL, at the tool's place, at one that stands behind POS, or at those of a pattern (PAT)."""
-    call = ("g", CYCLE_CALL / 10.0)
+    call = ("g", Own.CYCLE_CALL / 10.0)
     if places is None:
         return _block([call, *(word for word in meant(words) if word != call)], words)
     if places.upper() == "POS":
@@ -649,7 +615,7 @@ def _function_unread(text: str) -> Statement:
 def _tip_on(*parts: str) -> Statement:
     """FUNCTION TCPM, whose data are its words by twos (TNC 640, "FUNCTION TCPM")."""
     words = " ".join(parts).upper().split()
-    return Statement("tip_on", [("g", TIP / 10.0)], data=tuple(pairwise(words)))
+    return Statement("tip_on", [("g", Own.TIP / 10.0)], data=tuple(pairwise(words)))
 
 
 def _label(name: str) -> str:
@@ -665,10 +631,12 @@ _EMPTY = Statement("block")
 #: The function of each rule of the grammar.
 RULES: dict[str, Callable[..., Any]] = {
     "start": lambda statement=_EMPTY: statement,
-    "number": number, "parameter": _parameter, "signed_parameter": _signed_parameter, "pi": lambda: math.pi, "unary": _unary,
+    "number": number, "parameter": _parameter, "signed_parameter": lambda sign, q: _unary(sign, _parameter(q)), "pi": lambda: math.pi, "unary": _unary,
     "binary": _binary, "function": _function,
-    "word": _word, "word_shortened": lambda name, value: _word(name, value[1:]), "sense": _sense, "setting": _setting, "radius": _radius, "paraxial": _paraxial, "misplaced": _misplaced, "m_function": _m_function,
-    "nothing": lambda *parts: ("", 0.0), "idle": lambda *parts: ("M90", 0.0), "turns_left_out": lambda *axes: ("M94", float(sum(1 << AXIS_INDEX[axis.lower().removeprefix("i")] for axis in axes))), "tip": lambda *parts: ("M128", 0.0), "retract": _retract,
+    "word": _word, "word_shortened": lambda name, value: _word(name, value[1:]), "sense": _sense, "setting": _setting,
+    "radius": _radius, "paraxial": lambda sign: _sense("R", sign), "misplaced": _misplaced, "m_function": _m_function,
+    "nothing": lambda *parts: ("", 0.0), "idle": lambda *parts: ("M90", 0.0), "turns_left_out": _turns_left_out,
+    "tip": lambda *parts: ("M128", 0.0), "retract": _retract,
     "plunge": lambda feed, percent: ("M103", percent or 0.0),
     "normal": lambda name, value: (name.upper(), value), "orientation": lambda name, value: (name.upper(), value),
     "length_of_tool": lambda value: ("L", value), "cutting_speed": _cutting_speed, "diameter": lambda value: ("D", value),
@@ -682,14 +650,15 @@ RULES: dict[str, Callable[..., Any]] = {
     "cycle": _cycle, "cycle_call": _cycle_call, "stop": _stop, "label": _label, "label_here": _kind("label"), "call": _kind("call"),
     "repeats": lambda times, *_: times,
     **{rule: _kind(rule) for rule in ("call_program", "select_program", "call_selected", "select_pattern", "select_table", "plane", "transform")},
-    "tip_on": _tip_on, "tip_off": lambda *_: Statement("block", [("g", TIP_OFF / 10.0)]),
+    "tip_on": _tip_on, "tip_off": lambda *_: Statement("block", [("g", Own.TIP_OFF / 10.0)]),
     "pauses": lambda *_: Statement("block", [_REMARK, ("remark", 6.0)]), "function_unread": _function_unread,
     "pattern": lambda kind, *words: (kind.upper().rstrip("0123456789"), dict(words)),
     "pattern_def": _kind("pattern_def"), "pattern_more": _kind("pattern_more"),
     "dwell": lambda unit, value: Statement("dwell", data=(unit.upper(), value)),
     "global_def": lambda *_: Statement("global_def"),
     "begin_program": _begin_program, "end_program": lambda *_: Statement("end_program", [("m", 2.0)]),
-    "text": lambda name, text: Statement("text", data=(_whole(name[2:]), text)), "passed": lambda *_: Statement("passed"), "preset": lambda text: Statement("preset", data=(text,)), "probe": lambda *_: Statement("block", [_REMARK, ("remark", 40.0)]),
+    "text": lambda name, text: Statement("text", data=(_whole(name[2:]), text)), "passed": lambda *_: Statement("passed"),
+    "preset": lambda text: Statement("preset", data=(text,)), "probe": lambda *_: Statement("block", [_REMARK, ("remark", 40.0)]),
     "assignment": lambda q, value: Statement("set", data=(_number_of(q), value)),
     "fn_assignment": lambda fn, q, value: Statement("set", data=(_number_of(q), value)),
     "feed_of_parameter": lambda q, word: Statement("feed", data=(_number_of(q), word.upper().lstrip("F \t"))),
