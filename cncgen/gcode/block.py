@@ -148,11 +148,7 @@ def repeated(letter: str) -> BlockError:
 
 
 def gather(pairs: list[tuple[str, float]]) -> Block:
-    """Make a block of letters and known values.
-
-    Raises:
-        BlockError: A letter that stands twice, a number out of range.
-    """
+    """Make a block of letters and known values; raise where a letter stands twice or a number is out of range."""
     words: dict[str, float] = {}
     g: list[int] = []
     m: list[int] = []

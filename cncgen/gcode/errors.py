@@ -151,12 +151,7 @@ class Reporter:
         self.on_error: Callable[[], None] = lambda: None
 
     def report(
-        self,
-        source: Source,
-        line: int,
-        offset: int,
-        error: BlockError,
-        severity: Severity = Severity.ERROR,
+        self, source: Source, line: int, offset: int, error: BlockError, severity: Severity = Severity.ERROR
     ) -> None:
         """Add the diagnostic of a fault found in the line that begins at byte `offset` of `source`."""
         if severity is Severity.ERROR:

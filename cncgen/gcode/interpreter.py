@@ -326,11 +326,7 @@ class Interpreter:
         return self.flow_control().calls.frame
 
     def flow_control(self) -> FlowControl:
-        """Return what follows calls and loops.
-
-        Raises:
-            BlockError: The language of the program has its own.
-        """
+        """Return what follows calls and loops; raise where the language of the program has its own."""
         if self.flow is None:
             message = (
                 f"the code is one of LinuxCNC and FANUC, and the program is in the dialect {self.dialect}"

@@ -21,10 +21,17 @@ _TELLING = frozenset("MP")
 
 
 def main_behind(source: Source) -> tuple[Cursor, BlockError] | None:
-    """Return where the main program of a text stands that begins with a subprogram, and a remark on it.
+    """Return where the main program of a text stands that begins with a subprogram, and a remark on it, looking once.
 
     A control registers the programs of a text one by one, and the operator starts the main one.
     """
+    if source.main is None:
+        source.main = (_found(source),)
+    found: tuple[Cursor, BlockError] | None = source.main[0]
+    return found
+
+
+def _found(source: Source) -> tuple[Cursor, BlockError] | None:
     head = source.bytes[:_HEAD]
     number = gcode_codes.LITERALS["program"]
     marks = Lines(parser("fanuc", False), head).marked(False)

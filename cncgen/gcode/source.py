@@ -14,7 +14,7 @@ from cncgen.records import replace
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import BinaryIO
+    from typing import Any, BinaryIO
 
 #: Bytes of a line that are read at all; a longer line is an error.
 MAX_LINE = 65_536
@@ -36,6 +36,7 @@ class Source:
 
     Attributes:
         different: The result of `dialects.different`, once it was asked.
+        main: That of `main_program.main_behind`, in a tuple.
     """
 
     def __init__(self, data: bytes | mmap.mmap, name: str) -> None:
@@ -43,6 +44,7 @@ class Source:
         self.data = _with_newlines(data)
         self.bytes = memoryview(self.data)
         self.different: tuple[bytes, list[int], list[int]] | None = None
+        self.main: tuple[Any] | None = None
 
     def __len__(self) -> int:
         return len(self.data)

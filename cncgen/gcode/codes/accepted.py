@@ -56,11 +56,7 @@ def cancelled(ip: Interpreter, block: Block) -> None:
 
 
 def no_fixture(ip: Interpreter, block: Block) -> None:
-    """G54.2 P0: no dynamic fixture offset.
-
-    Raises:
-        BlockError: One is asked for.
-    """
+    """G54.2 P0: no dynamic fixture offset; raise where one is asked for."""
     if block.words.get("p", 0.0):
         message = f"G54.2 P{block.words['p']:g} (a dynamic fixture offset) is not supported"
         raise BlockError("unknown-code", message, "G54.2", hint="G54.2 P0 ends it, and is read")

@@ -103,11 +103,7 @@ def diagonal(a: float, b: float, c: float) -> Matrix:
 
 
 def made(kind: str, values: dict[str, float]) -> Frame:
-    """Return the frame that TRANS, ROT, SCALE or MIRROR of SINUMERIK makes of values of X Y Z.
-
-    Raises:
-        BlockError: A factor of 0.
-    """
+    """Return the frame that TRANS, ROT, SCALE or MIRROR of SINUMERIK makes of values of X Y Z; raise where a factor is 0."""
     x, y, z = (values.get(axis, 0.0) for axis in "XYZ")
     if kind == "TRANS":
         return Frame(shift=(x, y, z))

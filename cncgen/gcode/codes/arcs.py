@@ -259,12 +259,8 @@ def check_radii(
     """Raise where the start and end radius of an arc differ by more than is accepted, or one is nothing."""
     unit = "inch" if inches else "mm"
     if min(at_start, at_end) < RADIUS_TOLERANCE[inches]:
-        raise BlockError(
-            "arc-zero-radius",
-            f"the centre is at the arc's {'start' if at_start <= at_end else 'end'}: "
-            f"r1 = {at_start:.4f}, r2 = {at_end:.4f} {unit}",
-            word,
-        )
+        message = f"the centre is at the arc's {'start' if at_start <= at_end else 'end'}: r1 = {at_start:.4f}, r2 = {at_end:.4f} {unit}"
+        raise BlockError("arc-zero-radius", message, word)
     gap = abs(at_start - at_end)
     tolerance = CENTRE_TOLERANCE[inches]
     allowed = min(max(tolerance, CENTRE_RELATIVE * max(at_start, at_end)), CENTRE_FACTOR * tolerance)

@@ -30,11 +30,7 @@ Row = tuple[float, list[tuple[float, float]]]
 
 
 def closed(contour: Contour, name: str) -> list[Segment]:
-    """Return a contour that leads back to its start.
-
-    Raises:
-        BlockError: It is open, or has no area.
-    """
+    """Return a contour that leads back to its start; raise where it is open, or has no area."""
     if not contour or abs(contour[-1].end - contour[0].start) > _CLOSED or abs(area(contour)) < _TINY:
         hint = "its last move leads back to its start"
         raise BlockError("profile-length", f"a contour of {name} is not closed", name, hint=hint)
@@ -141,11 +137,7 @@ def rows(contours: Sequence[Contour], radius: float, step: float, name: str) -> 
 def around(
     contours: Sequence[tuple[Contour, bool]], distance: float, name: str, *, climb: bool
 ) -> list[list[Segment]]:
-    """Return the ways of the tool around contours.
-
-    Raises:
-        BlockError: It does not go between two walls.
-    """
+    """Return the ways of the tool around contours; raise where it does not go between two walls."""
     segments = [s for contour, _ in contours for s in contour]
     ways = [_beside(contour, distance, island, climb) for contour, island in contours]
     for way in ways:
@@ -269,11 +261,7 @@ def _apart(line: Segment, p: complex, q: complex) -> bool:
 
 
 def check(contours: Sequence[tuple[Contour, bool]], name: str) -> None:
-    """Raise where contours cross, or where pockets and islands do not lie within each other in turn.
-
-    Raises:
-        BlockError: They do.
-    """
+    """Raise where contours cross, or where pockets and islands do not lie within each other in turn."""
     polygons = [_polygon(contour, _CHORD) for contour, _ in contours]
     for k, (_, island) in enumerate(contours):
         others = polygons[:k] + polygons[k + 1 :]

@@ -28,25 +28,10 @@ def off(ip: Interpreter, block: Block) -> None:
 
 
 CODES = (
-    Code(
-        "M",
-        70,
-        "coolant",
-        Stage.COOLANT,
-        partial(_on, name="mist"),
-        "mist coolant on",
-        waits=True,
-        restores=("mist", True),
-    ),
-    Code(
-        "M",
-        80,
-        "coolant",
-        Stage.COOLANT,
-        partial(_on, name="flood"),
-        "flood coolant on",
-        waits=True,
-        restores=("flood", True),
+    *(
+        Code("M", number, "coolant", Stage.COOLANT, partial(_on, name=name), f"{name} coolant on", waits=True,
+            restores=(name, True))
+        for number, name in ((70, "mist"), (80, "flood"))
     ),
     Code("M", 90, "coolant", Stage.COOLANT, off, "coolant off", waits=True, restores=("mist", False)),
-)
+)  # fmt: skip

@@ -56,10 +56,8 @@ def _doubt(ip: Interpreter, block: Block, feed: float) -> None:
     mm = feed * (INCH if ip.state.inches else 1.0)
     if ip.dialect == "sinumerik":
         message = f"F{feed:g} is {mm:.4g} mm a revolution: at 1000 rev/min {mm:.4g} m a minute"
-        hint, values = (
-            "G95, G96 and G97 have a feed a revolution, G94, G961 and G971 one a minute",
-            {"feed_mm_rev": mm},
-        )
+        hint = "G95, G96 and G97 have a feed a revolution, G94, G961 and G971 one a minute"
+        values = {"feed_mm_rev": mm}
     elif ip.state.feed_mode == 95:
         message = f"F{feed:g} in G99 is {mm:.4g} mm a revolution: at 1000 rev/min {mm:.4g} m a minute"
         hint, values = "a feed a minute is of G98", {"feed_mm_rev": mm}

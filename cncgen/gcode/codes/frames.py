@@ -213,11 +213,7 @@ def mirror(ip: Interpreter, block: Block) -> None:
 
 
 def mirror_of_haas(ip: Interpreter, block: Block) -> None:
-    """G101 X0 Y0 Z0: mirror these axes about zero, until G100 names them.
-
-    Raises:
-        BlockError: A word is not 0.
-    """
+    """G101 X0 Y0 Z0: mirror these axes about zero, until G100 names them; raise where a word is not 0."""
     for letter in "xyz":
         if block.words.get(letter, 0.0) != 0.0:
             message = f"{letter.upper()}{block.words[letter]:g} of G101 is not 0: a mirror elsewhere than at zero is not read"

@@ -40,11 +40,9 @@ class _EndOfOutlineError(Exception):
 
 def _outline(ip: Interpreter, block: Block) -> list[Segment]:
     """Return the moves of the subprogram in X and Y, the first one leads to the outline."""
-    flow, here, number = (
-        ip.flow_control(),
-        Cursor(block.source, block.offset, block.line),
-        whole(block, "p", _NAME),
-    )
+    flow = ip.flow_control()
+    here = Cursor(block.source, block.offset, block.line)
+    number = whole(block, "p", _NAME)
     try:
         first = flow.line_numbered(here, number, "P")
     except BlockError:
@@ -106,11 +104,7 @@ def _room(
 
 
 def _steps(ip: Interpreter, words: dict[str, float]) -> tuple[float, bool]:
-    """Return how far rows are apart, and whether they lie along Y.
-
-    Raises:
-        BlockError: A word is missing, or not above 0.
-    """
+    """Return how far rows are apart, and whether they lie along Y; raise where a word is missing, or not above 0."""
     missing = [letter.upper() for letter in "zqpr" if letter not in words]
     if missing:
         hint = "Z is the floor, Q the depth of a step, R the height above the part, P the subprogram of the outline"

@@ -24,11 +24,7 @@ _Z = 2
 
 
 def _radii(words: dict[str, float], name: str, tool: float) -> list[float]:
-    """Return the radii of the tool's circles, the smallest first.
-
-    Raises:
-        BlockError: I, K and Q do not go together, or the tool does not fit.
-    """
+    """Return the radii of the tool's circles, the smallest first; raise where I, K and Q do not go together, or the tool does not fit."""
     first = words.get("i", 0.0)
     last, step = words.get("k", first), words.get("q", 0.0)
     wrong = last < first or (last > first and step <= 0.0)

@@ -22,11 +22,7 @@ from cncgen.gcode.state.modal import Stage
 
 
 def _count(words: dict[str, float], letter: str, name: str, hint: str) -> int:
-    """Return a number of holes, whose sign says which way they go.
-
-    Raises:
-        BlockError: It is missing, no whole number, 0 or too large.
-    """
+    """Return a number of holes, whose sign says which way they go; raise where it is missing, no whole number, 0 or too large."""
     value = words.get(letter, 0.0)
     if value != round(value) or not 1 <= abs(value) <= MAX_REPEATS:
         message = (

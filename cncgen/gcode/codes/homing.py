@@ -10,15 +10,7 @@ from functools import partial
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.lines import has_axis, need_axis
-from cncgen.gcode.codes.table import (
-    COMPENSATION,
-    GOES_HOME,
-    IS_CYCLE,
-    LATHE,
-    ROTARY_PATH,
-    TOOL_POINT,
-    Code,
-)
+from cncgen.gcode.codes.table import COMPENSATION, GOES_HOME, IS_CYCLE, LATHE, ROTARY_PATH, TOOL_POINT, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage

@@ -29,11 +29,7 @@ _ROUNDED = 0.002
 
 
 def _offset(ip: Interpreter, block: Block, name: str) -> float:
-    """Return the offset of D, program units.
-
-    Raises:
-        BlockError: There is no D, or no such tool.
-    """
+    """Return the offset of D, program units; raise where there is no D, or no such tool."""
     if ip.state.radius_number is None and not {"d", "h"} & block.words.keys():
         message = f"{name} has no D, and none is in force"
         raise BlockError("comp-diameter", message, name, hint="D is the number of the offset")

@@ -28,11 +28,7 @@ def _places(start: float, end: float, step: float) -> list[float]:
 
 
 def _step(ip: Interpreter, block: Block, axis: int, way: float, name: str) -> float:
-    """Return the step along an axis, 0 where the block has none.
-
-    Raises:
-        BlockError: It makes too many steps of the way.
-    """
+    """Return the step along an axis, 0 where the block has none; raise where it makes too many steps of the way."""
     letter = _LENGTH[axis] if _LENGTH[axis] in block.words else _STEP[axis]
     step = 0.0
     if letter in block.words:

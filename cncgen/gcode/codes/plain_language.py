@@ -321,10 +321,8 @@ def _own(
     number: int, title: str, run: Handler, text: str, named: tuple[str, ...] = (), words: str = AXES
 ) -> Code:
     """Return a code that uses axis words itself."""
-    stage = Stage.MOTION
-    return Code(
-        "G", number, title, stage, run, text, words, "own", title=title, named=named, dialects=(DIALECT,)
-    )
+    return Code("G", number, title, Stage.MOTION, run, text, words, "own", title=title, named=named,
+        dialects=(DIALECT,))  # fmt: skip
 
 
 CODES = (

@@ -53,11 +53,7 @@ class Clearing:
 
 
 def clear(ip: Interpreter, pocket: Pocket, how: Clearing, name: str) -> None:
-    """Clear a pocket, and go back to the height of the start.
-
-    Raises:
-        BlockError: The tool does not fit, or steps aside by nothing.
-    """
+    """Clear a pocket, and go back to the height of the start; raise where the tool does not fit, or steps aside by nothing."""
     narrow = min(pocket.length, pocket.width)
     refuse(
         name,

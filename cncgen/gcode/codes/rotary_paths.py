@@ -117,11 +117,7 @@ class RotarySink(FollowedSink):
 def _start(
     ip: Interpreter, name: str, rotary: int, plane: int, shown: Shown, seen: Callable[[Point], Point]
 ) -> None:
-    """Put the sink in force.
-
-    Raises:
-        BlockError: Another one, a frame or cutter compensation is on.
-    """
+    """Put the sink in force; raise where another one, a frame or cutter compensation is on."""
     if ip.sink is not ip.base or ip.state.compensation != 40:
         hint = "G40, G69, G49 or the code that ends the other one before it"
         message = f"{name} does not go with cutter compensation, frames, G43.4, or another interpolation of its kind"

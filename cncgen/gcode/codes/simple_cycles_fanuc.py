@@ -32,11 +32,7 @@ _WORDS = "xzuwr"
 
 
 def _words(ip: Interpreter, block: Block, number: int) -> Turning | None:
-    """Take the words of a block; None where it only puts the cycle in force.
-
-    Raises:
-        BlockError: X or Z was not given yet.
-    """
+    """Take the words of a block; None where it only puts the cycle in force; raise where X or Z was not given yet."""
     kept, state, words = turning_of(ip), ip.state, block.words
     if state.motion != number:
         kept.x = kept.z = None

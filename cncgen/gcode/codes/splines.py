@@ -59,9 +59,8 @@ def cubic(ip: Interpreter, block: Block) -> None:
     if first is None:
         # Without I J the curve goes on in the direction in which the last G5 ended.
         if state.cubic is None or state.cubic[2] != state.position:
-            fault = BlockError(
-                "spline-words", "G5 has no I and J, and no G5 comes before it: taken as 0", "G5"
-            )
+            message = "G5 has no I and J, and no G5 comes before it: taken as 0"
+            fault = BlockError("spline-words", message, "G5")
             ip.warn(fault, Severity.WARNING)
             first = (0.0, 0.0)
         else:
@@ -164,8 +163,10 @@ def end_nurbs(ip: Interpreter, block: Block) -> None:
 # G5.2 and G6.2 (`nurbs`) refuse by themselves, and pass over the other blocks of their curve.
 _SPLINE = ("is a spline", COMPENSATION)
 CODES = (
-    Code("G", 50, "motion", Stage.MOTION, cubic, "cubic spline in XY", "xyzabcuvwijpq", "motion", dialects=_BOTH, moves="XY", refused=_SPLINE),
-    Code("G", 51, "motion", Stage.MOTION, quadratic, "parabola in XY", "xyzabcuvwij", "motion", dialects=_BOTH, moves="XY", refused=_SPLINE),
+    Code("G", 50, "motion", Stage.MOTION, cubic, "cubic spline in XY", "xyzabcuvwijpq", "motion", dialects=_BOTH, moves="XY",
+        refused=_SPLINE),
+    Code("G", 51, "motion", Stage.MOTION, quadratic, "parabola in XY", "xyzabcuvwij", "motion", dialects=_BOTH, moves="XY",
+        refused=_SPLINE),
     Code("G", 52, "motion", Stage.MOTION, nurbs, "NURBS in XY, to G5.3", "xyzabcuvwpl", "motion", dialects=_BOTH, moves="XY"),
     Code("G", 53, "motion", Stage.MOTION, end_nurbs, "end of G5.2", "", "motion", dialects=_BOTH),
 )  # fmt: skip

@@ -56,15 +56,7 @@ LATHES: dict[str, dict[int, int]] = {
 #: What may be in force while a code is refused (`Code.refused`), in bits: cutter compensation, that of LinuxCNC alone, and that of other
 #: controls where the block moves in its plane too; paths of a linear and a rotary axis (G12.1); tool centre point control (G43.4); the
 #: profile of a turning cycle of FANUC. `INTERRUPTS`: FANUC's controls cancel compensation for it instead, until the next move.
-COMPENSATION, STRICT_COMPENSATION, COMPENSATION_PLANE, ROTARY_PATH, TOOL_POINT, PROFILE, INTERRUPTS = (
-    1,
-    2,
-    4,
-    8,
-    16,
-    32,
-    64,
-)
+COMPENSATION, STRICT_COMPENSATION, COMPENSATION_PLANE, ROTARY_PATH, TOOL_POINT, PROFILE, INTERRUPTS = (1 << bit for bit in range(7))  # fmt: skip
 _FOLLOWED = ROTARY_PATH | TOOL_POINT
 #: An effect that codes of several modules have and that is refused under these.
 CHANGES_SYSTEM = ("changes the coordinate system", COMPENSATION | INTERRUPTS | _FOLLOWED)

@@ -26,11 +26,7 @@ _SQUARE = 1e-3
 
 
 def _matrix(block: Block) -> affine.Matrix:
-    """Return the rotation.
-
-    Raises:
-        BlockError: The plane is given by points or vectors.
-    """
+    """Return the rotation; raise where the plane is given by points or vectors."""
     i, j, k = (block.words.get(letter, 0.0) for letter in "ijk")
     kind = whole(block, "p", "G68.2") if "p" in block.words else 0
     if kind == 0:
@@ -188,7 +184,8 @@ def align(ip: Interpreter, block: Block) -> None:
 
 
 CODES = (
-    Code("G", 682, "rotation", Stage.REFERENCE, tilt, "tilted plane: origin X Y Z, angles I J K", "xyzijkpqr", "own", dialects=("fanuc",),
-        moves="XYZ"),
-    Code("G", 531, "tool along plane", Stage.COORDINATES, align, "tool along Z of the tilted plane", "p", dialects=("fanuc",), moves="rotary"),
+    Code("G", 682, "rotation", Stage.REFERENCE, tilt, "tilted plane: origin X Y Z, angles I J K", "xyzijkpqr", "own",
+        dialects=("fanuc",), moves="XYZ"),
+    Code("G", 531, "tool along plane", Stage.COORDINATES, align, "tool along Z of the tilted plane", "p", dialects=("fanuc",),
+        moves="rotary"),
 )  # fmt: skip

@@ -36,16 +36,7 @@ FEW = 8
 
 #: Where the centre of the nose lies from the controlled point, in radii (Z, X), by lathe tool orientation (Q of the
 #: tool table): the figure "Tool Orientations" of the lathe manual.
-NOSE = {
-    1: -1 + 1j,
-    2: 1 + 1j,
-    3: 1 - 1j,
-    4: -1 - 1j,
-    5: -1 + 0j,
-    6: 1j,
-    7: 1 + 0j,
-    8: -1j,
-}
+NOSE = {1: -1 + 1j, 2: 1 + 1j, 3: 1 - 1j, 4: -1 - 1j, 5: -1 + 0j, 6: 1j, 7: 1 + 0j, 8: -1j}
 
 
 class CompensationError(ValueError):
@@ -247,21 +238,16 @@ class ToolCentre:
         radius = abs(spoke_out)
         offset_radius = radius - self.radius * self.side * spin
         if self._renewed is not None:
-            raise CompensationError(
-                "comp-refused",
-                "the move after another radius or side of cutter compensation is an arc; it must be straight",
-                "change D, or the side, before a straight move",
+            message = (
+                "the move after another radius or side of cutter compensation is an arc; it must be straight"
             )
+            raise CompensationError("comp-refused", message, "change D, or the side, before a straight move")
         if self._curve is None and not self._stands:
             return self._entry_arc(end, centre, turns, block)
         if offset_radius <= 0.0:
-            raise CompensationError(
-                "comp-radius",
-                f"the tool's radius, {self.radius:.4f} {self.unit}, does not fit in an arc of radius {radius:.4f} {self.unit}",
-                "use a smaller tool or a larger arc",
-                tool_radius=self.radius,
-                arc_radius=radius,
-            )
+            message = f"the tool's radius, {self.radius:.4f} {self.unit}, does not fit in an arc of radius {radius:.4f} {self.unit}"
+            hint = "use a smaller tool or a larger arc"
+            raise CompensationError("comp-radius", message, hint, tool_radius=self.radius, arc_radius=radius)
         heading_in, heading_out = (1j * spin * s / abs(s) for s in (spoke_in, spoke_out))
         curve = OffsetCurve(
             centre + spoke_out * (offset_radius / radius),
@@ -290,11 +276,9 @@ class ToolCentre:
     def _wait(self, item: CentreMove | Any) -> None:
         """Put blocks without motion in the plane behind the waiting moves."""
         if len(self._queue) >= MAX_WAITING:
-            raise CompensationError(
-                "comp-waiting",
-                f"{MAX_WAITING} blocks wait for the next move in the plane of cutter compensation",
-                "is there a loop that does not move there? G40 ends compensation",
-            )
+            message = f"{MAX_WAITING} blocks wait for the next move in the plane of cutter compensation"
+            hint = "is there a loop that does not move there? G40 ends compensation"
+            raise CompensationError("comp-waiting", message, hint)
         self._queue.append(item)
 
     def rescale(self, factor: float, unit: str) -> None:
@@ -311,11 +295,9 @@ class ToolCentre:
                 item.centre = None if item.centre is None else item.centre * factor
         curve = self._curve
         if curve is not None:
-            curve.point, curve.start, curve.slip = (
-                curve.point * factor,
-                curve.start * factor,
-                curve.slip * factor,
-            )
+            curve.point = curve.point * factor
+            curve.start = curve.start * factor
+            curve.slip = curve.slip * factor
             curve.centre = None if curve.centre is None else curve.centre * factor
             curve.radius *= factor
 
@@ -369,14 +351,9 @@ class ToolCentre:
     def _check_entry(self, length: float) -> None:
         """Demand that the first move leads farther than the tool's radius, where the control does."""
         if self._curve is None and length <= self._least_entry:
-            raise CompensationError(
-                "comp-entry",
-                f"the entry move leads {length:.4f} {self.unit} away and must lead farther than the tool's radius, "
-                f"{self.radius:.4f} {self.unit}",
-                "start farther away",
-                length=length,
-                radius=self.radius,
-            )
+            message = f"the entry move leads {length:.4f} {self.unit} away and must lead farther than the tool's radius, {self.radius:.4f} {self.unit}"
+            hint = "start farther away"
+            raise CompensationError("comp-entry", message, hint, length=length, radius=self.radius)
 
     def _entry_arc(self, end: complex, centre: complex, turns: int, block: Any) -> list[CentreMove | Any]:
         """Enter on an arc: from where the tool stands, tangent at its end to the offset of the programmed arc.
@@ -392,14 +369,9 @@ class ToolCentre:
         along = (back * inwards.conjugate()).real
         reach = abs(back) ** 2 / (2.0 * along) if along else math.inf
         if not 0.0 < reach < math.inf:
-            self._remarks.append(
-                CompensationError(
-                    "comp-entry",
-                    "the entry arc begins on the wrong side of its end: the tool turns back on itself there",
-                    "enter on an arc of less than half a turn, or on a straight line",
-                    refused=False,
-                )
-            )
+            message = "the entry arc begins on the wrong side of its end: the tool turns back on itself there"
+            hint = "enter on an arc of less than half a turn, or on a straight line"
+            self._remarks.append(CompensationError("comp-entry", message, hint, refused=False))
         heading = -1j * spin * inwards
         curve = OffsetCurve(tip, tip + inwards * reach, abs(reach), turns, heading, heading)
         return self._append(curve, end, self._actual, block, False)
@@ -499,12 +471,9 @@ class ToolCentre:
         )
 
     def _gouge(self, what: str) -> CompensationError:
-        return CompensationError(
-            "comp-gouge",
-            f"{what}: a tool of radius {self.radius:.4f} {self.unit} would gouge",
-            "use a smaller tool, or widen the corner",
-            tool_radius=self.radius,
-        )
+        message = f"{what}: a tool of radius {self.radius:.4f} {self.unit} would gouge"
+        hint = "use a smaller tool, or widen the corner"
+        return CompensationError("comp-gouge", message, hint, tool_radius=self.radius)
 
     def _settle(self, strict: bool = True) -> list[CentreMove | Any]:
         """Check the waiting move and return it with the blocks behind it; `strict` where LinuxCNC looks for gouges."""

@@ -77,11 +77,7 @@ def select(ip: Interpreter, block: Block) -> None:
 
 
 def change(ip: Interpreter, block: Block) -> None:
-    """M6; the tool that a second T names is made ready on FANUC's kin alone.
-
-    Raises:
-        BlockError: LinuxCNC's blocks have one T.
-    """
+    """M6; the tool that a second T names is made ready on FANUC's kin alone; LinuxCNC's blocks have one T."""
     if NEXT_TOOL in block.words and ip.dialect != "fanuc":
         raise repeated("t")
     state = ip.state

@@ -215,11 +215,7 @@ def _rough(ip: Interpreter, block: Block, name: str, swap: bool) -> None:
 
 
 def levels(lathe: Lathe, path: list[Segment], begin: complex, kept: Turning, rapid: bool, name: str) -> None:
-    """Cut level by level above a path, then along it.
-
-    Raises:
-        BlockError: There are too many levels.
-    """
+    """Cut level by level above a path, then along it; raise where there are too many levels."""
     down = lathe.rapid if rapid else lathe.feed
     bottom = path[0].start
     lowest = min(p.imag for segment in path for p in segment.extremes())

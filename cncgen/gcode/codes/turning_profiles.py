@@ -172,11 +172,7 @@ class Segment:
 
 
 def check_cuts(high: float, low: float, step: float, name: str, word: str = "") -> None:
-    """Raise where levels `step` apart from `high` down to `low` are more than anyone means.
-
-    Raises:
-        BlockError: They are more than `MAX_CUTS`.
-    """
+    """Raise where levels `step` apart from `high` down to `low` are more than `MAX_CUTS`."""
     if high - low > MAX_CUTS * step:
         message = f"{name} makes more than {MAX_CUTS} cuts, each {step:g} deep"
         raise BlockError("profile-step", message, word or name)

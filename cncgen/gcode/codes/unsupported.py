@@ -53,8 +53,5 @@ ON_LATHES: dict[int, str] = {
     **dict.fromkeys((430, 440), "T has the offset on lathes: T0101"),
     910: "U and W are distances on lathes",
     **dict.fromkeys((930, 950), "G98 and G99 say what F means on lathes"),
-    **dict.fromkeys(
-        (870, 880, 890),
-        "G83 to G85 drill along Z; cycles of driven tools along X are not read",
-    ),
+    **dict.fromkeys((870, 880, 890), "G83 to G85 drill along Z; cycles of driven tools along X are not read"),
 }

@@ -426,9 +426,8 @@ class LanguageRun(Run, Generic[P]):
         elif not self.ip.state.ended and not self._faults.found:
             self.ip.base.block = empty_block(here)
             names = self.ends_with
-            fault = BlockError(
-                "no-program-end", f"the program ends without {names}", hint=f"{names.split()[0]} ends it"
-            )
+            message = f"the program ends without {names}"
+            fault = BlockError("no-program-end", message, hint=f"{names.split()[0]} ends it")
             self._faults.remark(fault, Severity.WARNING)
 
     # Calls.

@@ -138,11 +138,9 @@ class PlainLane:
         computer.reached = lines.place(reached).offset if reached < len(lines) else 1 << 60
         computer.reached_line, computer.since = 0, since
         if self._compute(lines, here, self._ip.budget.left()):
-            self.ran, at, self._open = (
-                lines.index_of(computer.ran_line),
-                lines.index_of(computer.line),
-                self._hangs,
-            )
+            self.ran = lines.index_of(computer.ran_line)
+            at = lines.index_of(computer.line)
+            self._open = self._hangs
         computer.language.lead(None, None, {})
         self.reached = lines.index_of(computer.reached_line) if computer.reached_line else reached
         return at

@@ -156,19 +156,14 @@ class Percent:
             self._ip.base.block = Block({}, line=line, offset=begin)
             least = "at least " if before + _REST < len(self._source) else ""
             message = f"{least}{count} lines stand behind the % that ends the program: they are not read"
-            fault = BlockError(
-                "text-behind-end",
-                message,
-                column=text.index("%") + 1,
-                hint="remove the % where they belong to it",
-            )
+            hint = "remove the % where they belong to it"
+            fault = BlockError("text-behind-end", message, column=text.index("%") + 1, hint=hint)
             self._ip.warn(fault, Severity.WARNING)
 
     def _end_alone(self, text: str) -> None:
         """End a program at a % that no % began: the rest of a tape, which LinuxCNC's interpreter alone refuses."""
-        fault = BlockError(
-            "stray-percent", "a % that ends a program that no % began", column=text.index("%") + 1
-        )
+        message = "a % that ends a program that no % began"
+        fault = BlockError("stray-percent", message, column=text.index("%") + 1)
         self._ip.state.ended = True
         if self._ip.options.stand_alone:
             raise fault

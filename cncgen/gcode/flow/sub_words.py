@@ -29,21 +29,13 @@ def define(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Cur
         return _unclosed(control, label, here)
     first = labels.first(label, ("sub",), subroutines.resolved)
     if first is not None and first.cursor != here:
-        error = BlockError(
-            "oword-duplicate",
-            f"subroutine o{shown(label)} is defined in line {first.cursor.line} already",
-            "O",
-            hint="give it another name",
-        )
+        message = f"subroutine o{shown(label)} is defined in line {first.cursor.line} already"
+        error = BlockError("oword-duplicate", message, "O", hint="give it another name")
         control.ip.warn(error, Severity.ERROR)
         return end.after
     if labels.has_sub_between(here.offset, end.cursor.offset):
-        error = BlockError(
-            "oword-nested-sub",
-            "a subroutine is defined within a subroutine",
-            "O",
-            hint="close the outer one first; it may call the inner one all the same",
-        )
+        hint = "close the outer one first; it may call the inner one all the same"
+        error = BlockError("oword-nested-sub", "a subroutine is defined within a subroutine", "O", hint=hint)
         control.ip.warn(error, Severity.ERROR)
     return end.after
 

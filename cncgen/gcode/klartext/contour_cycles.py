@@ -34,11 +34,7 @@ class Contours:
     """The contours of cycle 14, pockets and islands, with the data of cycle 20."""
 
     def __init__(self, ip: Interpreter, name: str, labels: list[str], read: Read) -> None:
-        """Read the contours.
-
-        Raises:
-            BlockError: One is missing or open, or has no side.
-        """
+        """Read the contours; raise where one is missing or open, or has no side."""
         q = ip.parameters.numbers
         self.cycle = HoleCycle(ip, name, (q[5], q[1]))
         self.ip, self.q, self.name = ip, q, name

@@ -83,11 +83,7 @@ class Datums:
                 self.take(number, None)
 
     def of_cycle(self, number: int, rest: str) -> None:
-        """Take the words of a cycle's frame.
-
-        Raises:
-            BlockError: An angle or factor is missing, or cannot be.
-        """
+        """Take the words of a cycle's frame; raise where an angle or factor is missing, or cannot be."""
         self.set(number, plain_language.words_of(rest.replace("#", f"{_ROW} ")))
 
     def set(self, number: int, given: Sequence[Raw]) -> None:
@@ -136,11 +132,7 @@ class Datums:
                 raise BlockError("not-read", message, "CYCL", hint=f"{', '.join(sorted(known))} are")
 
     def transform(self, kind: str, words: Sequence[Raw]) -> None:
-        """Do TRANS DATUM, MIRROR, ROTATION or SCALE.
-
-        Raises:
-            BlockError: It is another one.
-        """
+        """Do TRANS DATUM, MIRROR, ROTATION or SCALE; raise where it is another transformation."""
         if kind not in _NUMBERS:
             hint = f"{', '.join(_NUMBERS)} are"
             raise BlockError("unsupported-block", f"TRANS {kind} is not read", "TRANS", hint=hint)
@@ -214,11 +206,7 @@ class Datums:
         self._take_shift(number, x, y, z)
 
     def _shift_axes(self, words: Mapping[str, float]) -> None:
-        """Shift the datum of axes beside X, Y and Z.
-
-        Raises:
-            BlockError: A machine's kinematics or a plane hang on where rotary axes stand.
-        """
+        """Shift the datum of axes beside X, Y and Z; raise where a machine's kinematics or a plane hang on where rotary axes stand."""
         for name, value in words.items():
             axis = name.removeprefix("I")
             if axis not in AXES.upper():
@@ -278,11 +266,7 @@ class Datums:
 
 
 def _scaled(number: int, factors: list[float], centre: list[float], hint: str) -> affine.Frame | None:
-    """Return the frame of factors about a centre; None where they change nothing.
-
-    Raises:
-        BlockError: A factor is 0 or less.
-    """
+    """Return the frame of factors about a centre; None where they change nothing; raise where a factor is 0 or less."""
     if min(factors) <= 0.0:
         message = f"cycle {number} has the factor {min(factors):g}"
         raise BlockError("scale-missing", message, "CYCL", hint=hint)

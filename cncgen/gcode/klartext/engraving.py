@@ -19,11 +19,7 @@ _TEXT = 500
 
 
 def engrave(cycle: HoleCycle) -> None:
-    """Engrave the text of QS500.
-
-    Raises:
-        BlockError: It is not known, has system variables, or lies on an arc.
-    """
+    """Engrave the text of QS500; raise where it is not known, has system variables, or lies on an arc."""
     q, text = cycle.q, Plain.of(cycle.ip).texts.get(_TEXT)
     check_feeds(cycle)
     place = cycle.place()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any
@@ -142,15 +142,26 @@ class Execution(ProgramText):
         here = self._lines[at].here
         return Block(words or {}, g, m, None, here.source, here.line, here.offset)
 
+    def _take_marks(self, marks: Mapping[str, Value]) -> None:
+        """Take the functions of a line that stay in force."""
+        self._modal = self._modal or "M89" in marks
+        if "M103" in marks:
+            self._plunge = self._now(marks["M103"]) / 100.0
+        if "M128" in marks:
+            orientation.turn_on(self.ip, ())
+
+    def _change_side(self, block: Block, ends: bool) -> None:
+        """End cutter compensation where the line does, and refuse its other side without an end."""
+        if self.ip.state.compensation != 40 and ends and not {410, 420} & set(block.g):
+            self._execute(block.beside({}, (400,)))
+        if {self.ip.state.compensation * 10, *block.g} >= {410, 420}:
+            message = f"{'RL is followed by RR' if 420 in block.g else 'RR is followed by RL'} without a block with R0 between"
+            raise BlockError("comp-refused", message, "R", hint="a line with R0 leads off the contour before")
+
     def _plain(self, at: int, statement: Statement) -> None:
         """Execute a line of motions, tools and M functions."""
         marks = statement.marks
-        if marks:
-            self._modal = self._modal or "M89" in marks
-            if "M103" in marks:
-                self._plunge = self._now(marks["M103"]) / 100.0
-            if "M128" in marks:
-                orientation.turn_on(self.ip, ())
+        self._take_marks(marks)
         block = self._block(at, statement.words)
         orientation.count_turns(self.ip, block, marks)
         orientation.take(self.ip, block, marks)
@@ -160,13 +171,9 @@ class Execution(ProgramText):
         if called:
             block.g = tuple(number for number in block.g if number != Own.CYCLE_CALL)
             self._modal = False
-        if self.ip.state.compensation != 40 and "R0" in marks and not {410, 420} & set(block.g):
-            self._execute(block.beside({}, (400,)))
-        if {self.ip.state.compensation * 10, *block.g} >= {410, 420}:
-            message = f"{'RL is followed by RR' if 420 in block.g else 'RR is followed by RL'} without a block with R0 between"
-            raise BlockError("comp-refused", message, "R", hint="a line with R0 leads off the contour before")
-        moves = not AXIS_INDEX.keys().isdisjoint(block.words) or any(
-            number in (*_ARCS, Own.POLAR_LINE) for number in block.g
+        self._change_side(block, "R0" in marks)
+        moves = not (
+            AXIS_INDEX.keys().isdisjoint(block.words) and {*_ARCS, Own.POLAR_LINE}.isdisjoint(block.g)
         )
         if moves:
             block.words |= self._corner_after(at)
@@ -204,11 +211,8 @@ class Execution(ProgramText):
     def _call_program(self, name: str) -> None:
         """CALL PGM: another file, beside the program or in a folder of --include; its labels are its own."""
         if not name:
-            message, hint = (
-                "no program is named that is called",
-                'SEL PGM "PART.H", or CYCL DEF 12.1 PGM PART.H, names it',
-            )
-            raise BlockError("sub-missing", message, "PGM", hint=hint)
+            hint = 'SEL PGM "PART.H", or CYCL DEF 12.1 PGM PART.H, names it'
+            raise BlockError("sub-missing", "no program is named that is called", "PGM", hint=hint)
         file = name if "." in name else f"{name}.H"
         program = self.program_of(name, f"there is no program {file}", "PGM", INCLUDE)
         program.ends.clear()
@@ -249,11 +253,7 @@ class Execution(ProgramText):
             self.ip.execute(block)
 
     def _target(self, name: str) -> int:
-        """Return the line of a label.
-
-        Raises:
-            BlockError: It stands nowhere, or several times.
-        """
+        """Return the line of a label; raise where it stands nowhere, or several times."""
         program = self.frames[-1].program
         if len(found := program.labelled(name)) > 1:
             places = " and ".join(str(program.lines[k].here.line) for k in found)

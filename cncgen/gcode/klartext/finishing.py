@@ -230,10 +230,8 @@ def bow(cycle: HoleCycle) -> None:
     q = cycle.q
     half, radius = _slot_width(cycle)
     side, ring = half - radius, abs(q[244]) / 2.0
-    wrong, hint = (
-        ring < half or not 0.0 < abs(q[248]) < 360.0,
-        "Q244 is the diameter of the middle line, Q248 the angle",
-    )
+    wrong = ring < half or not 0.0 < abs(q[248]) < 360.0
+    hint = "Q244 is the diameter of the middle line, Q248 the angle"
     message = f"{cycle.name} is {2.0 * half:g} wide on a circle of {2.0 * ring:g}, over {q[248]:g} degrees"
     refuse("CYCL", (wrong, "cycle-words", message, hint))
     along = Bow(_middle(cycle), ring, *sorted((q[245], q[245] + q[248])))

@@ -150,11 +150,7 @@ class Chain:
         self.chosen: list[tuple[Element, int]] = []
 
     def solve(self) -> list[Segment]:
-        """Return the elements as lines and arcs.
-
-        Raises:
-            BlockError: Data are missing, contradict each other or leave a choice.
-        """
+        """Return the elements as lines and arcs; raise where data are missing, contradict each other or leave a choice."""
         if not self._elements:
             return []
         parts, element = [self._first], self._elements[0]
@@ -335,27 +331,32 @@ class _Words:
         found = self._circles(start, heading) if self.element.arc else self._lines(start, heading)
         return [curve for curve in found if start is None or curve.beside(start) < _BESIDE]
 
-    def _lines(self, start: complex | None, heading: complex | None) -> list[Curve]:
-        v, end = self.v, self.end()
-        beside = self._beside()
-        on = _point(v, "P1X", "P1Y")
+    def _ways(self, start: complex | None, heading: complex | None) -> list[complex]:
+        """Return the directions that a line may have."""
+        v, end, on = self.v, self.end(), _point(self.v, "P1X", "P1Y")
         if "AN" in v:
-            ways = [cmath.rect(1.0, math.radians(v["AN"]))]
-        elif self.element.tangential and heading is not None:
-            ways = [heading]
-        elif start is not None and end is not None:
-            ways = [(end - start) / abs(end - start)] if abs(end - start) > _TINY else []
-        elif self.parallel is not None and self.parallel[1] is not None:
-            ways = [self.parallel[1], -self.parallel[1]]
-        elif start is not None and on is not None and abs(on - start) > _TINY:
-            ways = [(on - start) / abs(on - start), (start - on) / abs(on - start)]
-        elif start is not None and "LEN" in v and (("X" in v) != ("Y" in v)):
-            ways = _ways_of_length(v, start)
-        else:
-            return []
+            return [cmath.rect(1.0, math.radians(v["AN"]))]
+        if self.element.tangential and heading is not None:
+            return [heading]
+        if start is not None and end is not None:
+            return [(end - start) / abs(end - start)] if abs(end - start) > _TINY else []
+        if self.parallel is not None and self.parallel[1] is not None:
+            return [self.parallel[1], -self.parallel[1]]
+        if start is not None and on is not None and abs(on - start) > _TINY:
+            return [(on - start) / abs(on - start), (start - on) / abs(on - start)]
+        return (
+            _ways_of_length(v, start)
+            if start is not None and "LEN" in v and (("X" in v) != ("Y" in v))
+            else []
+        )
+
+    def _lines(self, start: complex | None, heading: complex | None) -> list[Curve]:
+        v, ways, beside = self.v, self._ways(start, heading), self._beside()
         if start is not None:
             return [Curve(start, way) for way in ways if _lies(beside, Curve(start, way))]
-        place = end if end is not None else on
+        place = self.end()
+        if place is None:
+            place = _point(v, "P1X", "P1Y")
         if place is None and len(ways) == 1:
             # A line along an axis lies where one coordinate of its end does.
             name, part = ("X", ways[0].real) if "X" in v else ("Y", ways[0].imag)
@@ -484,10 +485,8 @@ class _Words:
             return [curve.point + (start - curve.point) * cmath.rect(1.0, turn) for turn in (sweep, -sweep)]
         if "LEN" in v:
             return [start + curve.way * v["LEN"]] if not curve.radius else []
-        across, along = (
-            Curve(complex(v.get("X", 0.0), 0.0), 1j),
-            Curve(complex(0.0, v.get("Y", 0.0)), 1.0 + 0j),
-        )
+        across = Curve(complex(v.get("X", 0.0), 0.0), 1j)
+        along = Curve(complex(0.0, v.get("Y", 0.0)), 1.0 + 0j)
         if "X" in v and (curve.radius or abs(curve.way.real) > _TINY):
             return _crossings(across, curve)
         if "Y" in v and (curve.radius or abs(curve.way.imag) > _TINY):

@@ -35,11 +35,7 @@ _OF_MACHINE = 530
 
 
 def turn_on(ip: Interpreter, words: tuple[tuple[str, str], ...]) -> None:
-    """Take the words of FUNCTION TCPM by twos; none are those of M128.
-
-    Raises:
-        BlockError: The tool's centre is what the program leads (REFPNT).
-    """
+    """Take the words of FUNCTION TCPM by twos; none are those of M128; raise where the tool's centre is what the program leads (REFPNT)."""
     plain = Plain.of(ip)
     unread = next((word for word in words if word[0] == "REFPNT" and word[1] != "TIP-TIP"), None)
     if unread:

@@ -52,11 +52,7 @@ def places(parts: Sequence[tuple[str, dict[str, Value]]], now: Callable[[Value],
 
 
 def of_table(text: str, name: str) -> list[Place]:
-    """Return the places of a table of points (.PNT).
-
-    Raises:
-        BlockError: It has no column X and Y, or a row is not of numbers.
-    """
+    """Return the places of a table of points (.PNT); raise where it has no column X and Y, or a row is not of numbers."""
     rows = tables.rows(text, name, "table of points")
     return [(complex(row.get("X", 0.0), row.get("Y", 0.0)), row.get("Z", 0.0)) for row in rows]
 

@@ -51,11 +51,7 @@ def _size(ip: Interpreter, number: int) -> tuple[float, float]:
 
 
 def read(ip: Interpreter, group: int, number: int, index: int) -> float:
-    """Return the value of ID, NR and IDX.
-
-    Raises:
-        BlockError: The data are not available.
-    """
+    """Return the value of ID, NR and IDX; raise where the data are not available."""
     told = _STATE.get((group, number))
     if told is None and group == _TABLE:
         _warn_of_column(ip, number, "0 is read from it")

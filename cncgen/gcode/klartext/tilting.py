@@ -84,11 +84,7 @@ def words_of(words: Sequence[Raw], now: Callable[[Value], float]) -> Turning:
 def axes_of(
     ip: Interpreter, kinematics: Kinematics, matrix: affine.Matrix, wanted: Turning
 ) -> affine.Positions:
-    """Return the positions of the rotary axes at which the tool is square to a plane.
-
-    Raises:
-        BlockError: The axes do not turn the tool there.
-    """
+    """Return the positions of the rotary axes at which the tool is square to a plane; raise where the axes do not turn the tool there."""
     now = carried_planes.positions(ip, kinematics)
     along = carried_planes.turn_in_plane(matrix) if wanted.table else None
     pairs = kinematics.pairs_of(carried_planes.normal_of(matrix), now, along)

@@ -103,11 +103,7 @@ class ColumnsSink:
         self._keep(1, end, 0.0, 0.0, 0)
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
-        """Keep an arc.
-
-        Raises:
-            BlockError: It lies in a plane of U V W.
-        """
+        """Keep an arc; raise where it lies in a plane of U V W."""
         refuse_uvw(plane)
         self._keep(2, end, first, second, turns)
 

@@ -75,11 +75,7 @@ class CountingSink:
         self._rest = end
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
-        """Count an arc.
-
-        Raises:
-            BlockError: It lies in a plane of U V W.
-        """
+        """Count an arc; raise where it lies in a plane of U V W."""
         refuse_uvw(plane)
         self._one(end)
         self._reach((first, second))

@@ -309,11 +309,7 @@ def refuse_conflict(codes: list[int]) -> None:
 
 
 def in_force(motions: Motions, group: int) -> float:
-    """Return the place in its group of the G function in force, $P_GG.
-
-    Raises:
-        BlockError: The code in force has no G number, or is not kept.
-    """
+    """Return the place in its group of the G function in force, $P_GG; raise where the code in force has no G number, or is not kept."""
     state = motions.ip.state
     origin = state.system if state.system <= frame_variables.LAST_ORIGIN else 0
     code = {
@@ -484,11 +480,7 @@ def _spline_axes(motions: Motions, name: str, values: list[Scalar | None]) -> No
 
 
 def _geometry_axes(motions: Motions, name: str, values: list[Scalar | None]) -> None:
-    """GEOAX(): X, Y and Z are the geometry axes, as at the start; GEOAX(1,X) says so of one.
-
-    Raises:
-        BlockError: Another axis becomes one.
-    """
+    """GEOAX(): X, Y and Z are the geometry axes, as at the start; GEOAX(1,X) says so of one; raise where another axis becomes one."""
     wanted = dict(zip(values[::2], values[1::2], strict=False))
     if len(values) % 2 or any(
         "XYZ"[round(number(k or 0.0)) - 1 : round(number(k or 0.0))] != axis for k, axis in wanted.items()

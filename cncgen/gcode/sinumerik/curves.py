@@ -217,11 +217,9 @@ def _in_space(
     i, j, k = (-(uu * p + vv * q) / (2.0 * square) for p, q in zip(across, along, strict=True))
     spoke = i, j, k
     x, z = (affine.unit(way, _straight()) for way in (spoke, normal))
-    turned, frames, plane = (
-        affine.of_columns(x, affine.cross(z, x), z),
-        motions.frames,
-        motions.ip.state.plane,
-    )
+    turned = affine.of_columns(x, affine.cross(z, x), z)
+    frames = motions.frames
+    plane = motions.ip.state.plane
     end_x, end_y, _ = affine.applied(affine.transposed(turned), c)
     # In that frame the spoke of the start lies along X, and Z stays.
     words = {"x": end_x, "y": end_y, "i": -math.hypot(*spoke), "j": 0.0}

@@ -286,10 +286,8 @@ def _deep(motions: Motions, name: str, values: Values) -> None:
     _check_axis(name, values)
     hole = Hole.of(motions, name, [*values[:3], *of_two(name, values, 3, end)])
     absolute, relative = of_two(name, values, 5, begin)
-    missing, hint = (
-        absolute is None and relative is None,
-        "the sixth parameter is the first depth, the seventh its distance from RFP",
-    )
+    missing = absolute is None and relative is None
+    hint = "the sixth parameter is the first depth, the seventh its distance from RFP"
     refuse(name, (missing, "cycle-infeed", f"{name} has no first depth: neither FDEP nor FDPR", hint))
     first = _depth(motions, name, hole.reference, absolute, relative)
     degression = filled(values, 7)
@@ -323,10 +321,8 @@ def pitch_of(name: str, size: float | None, pitch: float | None) -> float:
         return abs(pitch)
     coarse = {1: .25, 2: .4, 3: .5, 4: .7, 5: .8, 6: 1.0, 8: 1.25, 10: 1.5, 12: 1.75, 14: 2.0, 16: 2.0, 18: 2.5, 20: 2.5, 22: 2.5, 24: 3.0,
               27: 3.0, 30: 3.5, 33: 3.5, 36: 4.0, 39: 4.0, 42: 4.5, 45: 4.5, 48: 5.0}  # fmt: skip
-    found, hint = (
-        coarse.get(round(abs(size or 0.0)), 0.0),
-        "PIT is the lead, MPIT the size of a metric thread",
-    )
+    found = coarse.get(round(abs(size or 0.0)), 0.0)
+    hint = "PIT is the lead, MPIT the size of a metric thread"
     refuse(name, (not found, "pitch-missing", f"{name} has no lead: neither MPIT nor PIT", hint))
     return found
 

@@ -30,11 +30,7 @@ Value = float | Callable[[Variables], Scalar]
 
 
 def evaluate(value: Value, variables: Variables) -> Scalar:
-    """Return the present value of an expression.
-
-    Raises:
-        BlockError: A name or function is not known, or the result has no value.
-    """
+    """Return the present value of an expression; raise where a name or function is not known, or the result has no value."""
     return value if isinstance(value, float) else value(variables)
 
 

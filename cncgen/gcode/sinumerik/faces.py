@@ -35,11 +35,7 @@ class _Mill(FlatCutter):
         origin: complex,
         angle: float,
     ) -> None:
-        """Take the cutter in the spindle.
-
-        Raises:
-            BlockError: It has no radius or no feed, or the plane is not G17.
-        """
+        """Take the cutter in the spindle; raise where it has no radius or no feed, or the plane is not G17."""
         check_plane(motions, name)
         super().__init__(motions.ip, origin, cmath.rect(1.0, math.radians(angle)))
         self.name, self.hole, self.angle = name, hole, angle
@@ -82,10 +78,8 @@ def _face(
 ) -> None:
     """Mill rows over a rectangle from its corner on, along its first axis (way 1, 3) or second (2, 4), in one sense (1, 2) or both."""
     along, across = size if way in (1, 3) else size[::-1]
-    makes, hint = (
-        f"{mill.name} makes {{}} rows of {abs(along):g}",
-        f"1 to {MOST} rows are made: LENG, WID and MIDA say how many",
-    )
+    makes = f"{mill.name} makes {{}} rows of {abs(along):g}"
+    hint = f"1 to {MOST} rows are made: LENG, WID and MIDA say how many"
     count = steps_of(abs(across), step, mill.name, makes, hint, least=0)
     refuse(
         mill.name,
@@ -174,11 +168,9 @@ def rectangle(motions: Motions, name: str, values: Values) -> None:
     v = [filled(values, k) for k in range(20)]
     how = milled(v[:18], 11)
     modes = MillingModes.of(motions, name, values, 22, CORNERS)
-    (x, y), half, feeds = (
-        modes.corner,
-        complex(abs(v[5]), abs(v[6])) / 2.0,
-        (how["feed"], how["plunge"] or how["feed"]),
-    )
+    (x, y) = modes.corner
+    half = complex(abs(v[5]), abs(v[6])) / 2.0
+    feeds = (how["feed"], how["plunge"] or how["feed"])
     middle = complex(v[8], v[9]) + complex(x * half.real, y * half.imag) * cmath.rect(
         1.0, math.radians(v[10])
     )

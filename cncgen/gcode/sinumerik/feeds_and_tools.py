@@ -99,11 +99,7 @@ def take(motions: Motions, words: Words) -> None:
 
 
 def _feed_of_teeth(motions: Motions, feed: float) -> float:
-    """Return the feed a revolution of a feed a tooth, FZ.
-
-    Raises:
-        BlockError: G95 is not in force, or the number of teeth is not known.
-    """
+    """Return the feed a revolution of a feed a tooth, FZ; raise where G95 is not in force, or the number of teeth is not known."""
     tool = motions.ip.state.tool
     teeth = motions.store.tools.teeth.get(tool, 0.0)
     what = (

@@ -94,11 +94,7 @@ def _vector(words: Words) -> Vector:
 
 
 def _turned(motions: Motions, words: Words) -> Vector:
-    """Return the direction of A2 B2 C2.
-
-    Raises:
-        BlockError: One of them is missing, or they are of other axes (ORIVIRT1, ORIVIRT2, ORIRPY2).
-    """
+    """Return the direction of A2 B2 C2; raise where one of them is missing, or they are of other axes (ORIVIRT1, ORIVIRT2, ORIRPY2)."""
     turns = _TURNS.get(motions.angles or "ORIEULER")
     given = {name: words.named.pop(name)[1] for name in ANGLES if name in words.named}
     missing = next((name for _, name in turns or () if name not in given), None)

@@ -64,11 +64,7 @@ class _Texts:
         self._known: dict[str, Statement] = {}
 
     def statement(self, text: str) -> tuple[Statement, bool]:
-        """Return the statement of a line, and whether its text is a new one.
-
-        Raises:
-            BlockError: The line does not belong to the language.
-        """
+        """Return the statement of a line, and whether its text is a new one; raise where the line does not belong to the language."""
         found = self._known.get(text)
         if found is not None:
             return found, False
@@ -264,8 +260,7 @@ def _connect(program: Program) -> Faults:
             kind
         ]
         program.other[at] = len(program.lines)
-        error = BlockError(
-            "flow-unmatched", f"{kind.upper()} has no {end}", kind.upper(), hint=f"{end} closes it, below"
-        )
+        message = f"{kind.upper()} has no {end}"
+        error = BlockError("flow-unmatched", message, kind.upper(), hint=f"{end} closes it, below")
         faults.append((program.lines[at].here, error))
     return faults

@@ -57,11 +57,7 @@ class Statement:
 
 
 def parse(text: str) -> Statement:
-    """Read one line.
-
-    Raises:
-        BlockError: The line does not belong to the language; the column counts in `text`.
-    """
+    """Read one line; raise where it does not belong to the language; the column counts in `text`."""
     reader = _reader()
     statement: Statement | None = reader.parse(text)
     if statement is None:

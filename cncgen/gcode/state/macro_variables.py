@@ -174,11 +174,7 @@ def _is_untold(ip: Interpreter, index: int) -> bool:
 
 
 def store(ip: Interpreter, index: int, value: float) -> None:
-    """Set a variable.
-
-    Raises:
-        BlockError: Where it can only be read, or its tool is not in the tool table.
-    """
+    """Set a variable; raise where it can only be read, or its tool is not in the tool table."""
     if any(index in numbers for numbers in _OF_HAAS):
         message = (
             f"#{index} is another variable than #{index - 10_000} here; on Haas's newer controls they are one"

@@ -208,10 +208,8 @@ def _decided(found: list[_Found], totals: dict[str, float]) -> Choice:
         reasons = _reasons(found, best)
         text = ", ".join(reason for reason, _ in reasons[:3])
         return Choice(_F, text, reasons[0][1], unread=UNREAD[best])
-    chosen, foreign = (
-        _of_read(found, totals, [dialect for dialect in order if dialect in signs.READ]),
-        max(UNREAD, key=totals.__getitem__),
-    )
+    chosen = _of_read(found, totals, [dialect for dialect in order if dialect in signs.READ])
+    foreign = max(UNREAD, key=totals.__getitem__)
     if (
         not chosen.rival
         and totals[foreign] >= _FOREIGN

@@ -47,12 +47,9 @@ class Loops:
         outer = next((loop for loop in self._open if loop.label == mark.label), None)
         if outer is not None:
             number = _number(mark.label)
-            self.faults[mark.cursor.offset] = BlockError(
-                "loop-nested",
-                f"DO {number} stands within the loop DO {number} of line {outer.cursor.line}",
-                "DO",
-                hint=f"give the inner loop another number, or close the outer one before it by END {number}",
-            )
+            message = f"DO {number} stands within the loop DO {number} of line {outer.cursor.line}"
+            hint = f"give the inner loop another number, or close the outer one before it by END {number}"
+            self.faults[mark.cursor.offset] = BlockError("loop-nested", message, "DO", hint=hint)
         self._open.append(mark)
         self._begins.setdefault(mark.label, []).append(mark)
 
@@ -90,11 +87,7 @@ class Loops:
 
 
 def end_of(control: FlowControl, value: float, here: Cursor) -> Cursor:
-    """Return the line behind the END of a DO.
-
-    Raises:
-        BlockError: It has none, or stands in a loop of its own number.
-    """
+    """Return the line behind the END of a DO; raise where it has none, or stands in a loop of its own number."""
     number = _checked(value, "DO")
     hint = f"a loop ends with a block END {number} in the same program"
     missing = BlockError("loop-unmatched", f"DO {number} has no END {number}", "DO", hint=hint)
@@ -102,11 +95,7 @@ def end_of(control: FlowControl, value: float, here: Cursor) -> Cursor:
 
 
 def begin_of(control: FlowControl, value: float, here: Cursor) -> Cursor:
-    """Return the line of the DO of an END.
-
-    Raises:
-        BlockError: It has none, or their loop overlaps with another one.
-    """
+    """Return the line of the DO of an END; raise where it has none, or their loop overlaps with another one."""
     number = _checked(value, "END")
     hint = f"a loop begins with WHILE[…] DO {number}, or DO {number}"
     missing = BlockError("loop-unmatched", f"END {number} has no DO {number}", "END", hint=hint)

@@ -63,10 +63,7 @@ class Labels:
     def _mark(self, m: int) -> Marked:
         label, keyword, offset, line, after = self.lines.mark(m)
         return Marked(
-            label,
-            _KEYWORDS[keyword],
-            Cursor(self._index, offset, line),
-            Cursor(self._index, after, line + 1),
+            label, _KEYWORDS[keyword], Cursor(self._index, offset, line), Cursor(self._index, after, line + 1)
         )
 
     def first(self, label: Label, keywords: tuple[str, ...], resolve: Resolve) -> Marked | None:
@@ -161,11 +158,9 @@ def _opening(text: str) -> tuple[Value | str | None, str]:
 
     from cncgen.gcode.text.normal_text import normalise
 
-    number, label, keyword = (
-        LINUXCNC["LINE_NUMBER"],
-        f"{LINUXCNC['O_NUMBER']}|{LINUXCNC['O_NAME']}",
-        LINUXCNC["KEYWORD"],
-    )
+    number = LINUXCNC["LINE_NUMBER"]
+    label = f"{LINUXCNC['O_NUMBER']}|{LINUXCNC['O_NAME']}"
+    keyword = LINUXCNC["KEYWORD"]
     form = rf"{LINUXCNC['DELETE']}?(?:{number})?(?P<label>{label})(?P<keyword>{keyword})"
     opening = re.match(form, normalise(text))
     if opening is None:

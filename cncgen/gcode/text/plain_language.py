@@ -128,11 +128,7 @@ LANGUAGE = Language(
 
 
 def parse(body: str) -> Statement:
-    """Read one block, without its number and comment.
-
-    Raises:
-        BlockError: It is not one of the read statements; the column is that of `body`.
-    """
+    """Read one block, without its number and comment; raise where it is not one of the read statements; the column is that of `body`."""
     found: Statement = read(_reader(), body, "start", _refused)
     return found
 

@@ -68,10 +68,8 @@ def is_passed(text: str) -> bool:
 
 def syntax_error(data: bytes, reader: Parser) -> BlockError:
     """Describe the text at which the last line of `data` was refused, and the expected words."""
-    text, start = (
-        data.decode("utf-8", "surrogateescape"),
-        data[: reader.error].decode("utf-8", "surrogateescape"),
-    )
+    text = data.decode("utf-8", "surrogateescape")
+    start = data[: reader.error].decode("utf-8", "surrogateescape")
     before, rest = normalise(start), normalise(text[len(start) :])
     column = len(start) + 1 if rest else len(text.rstrip()) + 1
     if rest.startswith(("(", ")")):

@@ -11,11 +11,7 @@ _HINTS = tuple(
     (re.compile(before + r"\Z"), re.compile(there), text)
     for before, there, text in (
         (r"[0-9.]", r",[0-9]", "the decimal sign is a point"),
-        (
-            r"",
-            r",[rc]",
-            "chamfers ,C and roundings ,R are FANUC's: --dialect fanuc reads them",
-        ),
+        (r"", r",[rc]", "chamfers ,C and roundings ,R are FANUC's: --dialect fanuc reads them"),
         (r"c", r"r=", "CR= is a radius on Siemens' controls; here it is R"),
         (r"[0-9]\.[0-9]*", r"\.", "a number has one decimal point"),
         (r"[0-9.]", r"o", "is the letter O meant as a zero?"),
@@ -24,11 +20,7 @@ _HINTS = tuple(
         (r"[o#]", r"<", "is the > of the name missing?"),
         (r"o[0-9]+", r"\.", "a label is a whole number or a name: o100, o<pocket>"),
         (r"call|return|endsub", r"[#0-9.+-]", "values stand in brackets: o100 call [#1] [2]"),
-        (
-            r"(?:[-+*/\[]|and|xor|or|eq|ne|gt|ge|lt|le|mod)",
-            r"\]",
-            "a value is missing before the ]",
-        ),
+        (r"(?:[-+*/\[]|and|xor|or|eq|ne|gt|ge|lt|le|mod)", r"\]", "a value is missing before the ]"),
         (r"[a-mp-z]", r"=", "a word is a letter and its number (X5); = sets parameters (#5=3)"),
         (
             r"#",
