@@ -53,11 +53,7 @@ class Budget:
         return (1 << 62) if self._most is None else max(self._most - self.steps, 0)
 
     def count(self, blocks: int, units: int = 1) -> None:
-        """Count blocks, each of so many units.
-
-        Raises:
-            Stop: They are more than the run may execute.
-        """
+        """Count blocks, each of so many units; raise Stop where they are more than the run may execute."""
         self.steps += blocks
         if self._most is not None and self.steps > self._most:
             raise _endless(f"more than {self._most} blocks were executed")
@@ -68,11 +64,7 @@ class Budget:
         self.work += units
 
     def spend(self, units: int) -> None:
-        """Count work before it is done.
-
-        Raises:
-            Stop: It is more than the run may do.
-        """
+        """Count work before it is done; raise Stop where it is more than the run may do."""
         self.work += units
         bound = self._most_work + WORK_OF_A_LINE * self.forward + WORK_OF_A_MOVE * min(self.moves, MOST_MOVES)
         if self.work > bound:

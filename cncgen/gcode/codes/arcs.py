@@ -141,11 +141,7 @@ def _is_point(ip: Interpreter, at_start: float, at_end: float) -> bool:
 
 
 def _radius_counts(ip: Interpreter, name: str) -> None:
-    """Say that R counts beside I J K, as on FANUC's controls (B-63324EN, 4.4).
-
-    Raises:
-        BlockError: In other dialects.
-    """
+    """Say that R counts beside I J K, as on FANUC's controls (B-63324EN, 4.4); raise in other dialects."""
     message = f"{name} has both a centre (I J K) and a radius (R)"
     if ip.dialect != "fanuc":
         raise BlockError("arc-centre", message, "R")
@@ -199,15 +195,8 @@ def _centre_by_radius(
     if chord == 0.0:
         message = f"{name} with R ends where it starts: every circle of that radius would do"
         raise BlockError("arc-end", message, "R", hint="a full circle needs its centre (I J K)")
-    centre = centre_from_radius(
-        start[first],
-        start[second],
-        end[first],
-        end[second],
-        radius,
-        clockwise,
-        RADIUS_TOLERANCE[state.inches],
-    )
+    ends = start[first], start[second], end[first], end[second]
+    centre = centre_from_radius(*ends, radius, clockwise, RADIUS_TOLERANCE[state.inches])
     if math.isnan(centre.real):
         message = f"R{radius:g} is too small: the end is {chord:.4f} away, and 2 R is {2 * abs(radius):.4f}"
         hint = f"R must be at least {chord / 2:.4f}"

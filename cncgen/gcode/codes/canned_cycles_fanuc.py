@@ -140,13 +140,10 @@ def _doubt_pitch(hole: Hole) -> None:
 
 
 def _tap_in_step(hole: Hole, direction: int) -> None:
-    """The tap after M29, which turns the spindle in step with the feed (B-64304EN-2, rigid tapping).
+    """The tap after M29, which turns the spindle in step with the feed (B-64304EN-2, rigid tapping); raise where the speed is 0.
 
     The pitch is F a turn under G95, and F by S under G94. The spindle starts by M29 alone. P is waited for once the tap is out, for a
     tap in step has no dwell of its own.
-
-    Raises:
-        BlockError: The speed is 0.
     """
     ip, state = hole.ip, hole.ip.state
     name = f"G{state.motion // 10}"

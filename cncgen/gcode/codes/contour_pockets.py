@@ -102,11 +102,7 @@ def _marks(segment: Segment, radius: float, y: float) -> list[float]:
 
 
 def rows(contours: Sequence[Contour], radius: float, step: float, name: str) -> list[Row]:
-    """Return the rows, from below: Y, and where on it the tool may stand, from the lowest place where it may.
-
-    Raises:
-        BlockError: There are too many.
-    """
+    """Return the rows, from below: Y, and where on it the tool may stand, from the lowest place where it may; raise where there are too many."""
     segments = [s for contour in contours for s in contour]
     polygons = [_polygon(contour, radius / 4.0) for contour in contours]
     heights = [p.imag for s in segments for p in s.extremes()]
@@ -199,13 +195,10 @@ def clear(
     turn: complex = 1.0 + 0j,
     opened: Callable[[float, float], complex] | None = None,
 ) -> None:
-    """Mill the rows of a radius to and fro at each level, over the start where a wall stands between them.
+    """Mill the rows of a radius to and fro at each level, over the start where a wall stands between them; raise where the tool goes in nowhere.
 
     The previous level cut everything that lies at least `gap` above a level. `turn` is the direction of the rows. `opened` goes down to a
     level, from the height that is free above it, and returns where the tool stands then.
-
-    Raises:
-        BlockError: The tool goes in nowhere.
     """
     tool, found = FlatCutter(ip, 0j, turn), rows(contours, radius, how.step, name)
     segments = [s for contour in contours for s in contour]

@@ -297,11 +297,7 @@ class _Corner:
         return motion
 
     def _between(self, motion: _Motion, following: _Motion) -> Segment | None:
-        """Return the chamfer or arc between two motions, or None where they go on straight.
-
-        Raises:
-            BlockError: A motion leaves the plane, or is too short.
-        """
+        """Return the chamfer or arc between two motions, or None where they go on straight; raise where a motion leaves the plane, or is too short."""
         for start, move in ((self.start, motion), (motion.end, following)):
             self._check_plane(start, move)
         one, two = motion.segment(self.start, self.plane), following.segment(motion.end, self.plane)

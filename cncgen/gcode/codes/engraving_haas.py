@@ -27,11 +27,7 @@ _HEIGHT = 1.0
 
 
 def engrave(ip: Interpreter, block: Block) -> None:
-    """Engrave the text of a block.
-
-    Raises:
-        BlockError: The text is a number that the control counts, or a word is missing or cannot be.
-    """
+    """Engrave the text of a block; raise where the text is a number that the control counts, or a word is missing or cannot be."""
     words, text = block.words, _text_of(ip, block)
     height = words.get("j", _HEIGHT * (1.0 if ip.state.inches else INCH))
     refuse(
@@ -60,11 +56,7 @@ def engrave(ip: Interpreter, block: Block) -> None:
 
 
 def _text_of(ip: Interpreter, block: Block) -> str:
-    """Return the text that a block engraves.
-
-    Raises:
-        BlockError: It is none that is known.
-    """
+    """Return the text that a block engraves; raise where it is none that is known."""
     number = block.words.get("p", -1.0)
     if _FIRST <= number <= _LAST and number.is_integer():
         return chr(int(number))

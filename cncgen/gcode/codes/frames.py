@@ -222,11 +222,7 @@ def mirror_of_haas(ip: Interpreter, block: Block) -> None:
 
 
 def no_mirror(ip: Interpreter, block: Block) -> None:
-    """G50.1 X Y Z: end the mirror images of these axes, or all of them.
-
-    Raises:
-        BlockError: T beside G100, which is a tool change on Brother's controls.
-    """
+    """G50.1 X Y Z: end the mirror images of these axes, or all of them; raise where T stands beside G100, a tool change on Brother's controls."""
     if 1000 in block.g and "t" in block.words:
         message = (
             "G100 T changes the tool on Brother's controls, and is not read; G100 of Haas ends mirror images"

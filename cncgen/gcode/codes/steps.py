@@ -12,7 +12,7 @@ _TINY = 1e-9
 
 
 def steps_of(way: float, step: float, word: str, makes: str, hint: str = "", least: int = 1) -> int:
-    """Return how many steps a way takes, the least number where a step is not above 0.
+    """Return how many steps a way takes, the least number where a step is not above 0; raise where they are more than `MOST`.
 
     Args:
         way: Their sum.
@@ -21,9 +21,6 @@ def steps_of(way: float, step: float, word: str, makes: str, hint: str = "", lea
         makes: The message for too many steps; ``{}`` is replaced by their number.
         hint: Its help; if left out, the help names `MOST`.
         least: The fewest.
-
-    Raises:
-        BlockError: They are more than `MOST`.
     """
     count = max(least, math.ceil(way / step - _TINY)) if step > 0.0 else least
     if count > MOST:

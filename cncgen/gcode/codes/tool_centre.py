@@ -249,15 +249,8 @@ class ToolCentre:
             hint = "use a smaller tool or a larger arc"
             raise CompensationError("comp-radius", message, hint, tool_radius=self.radius, arc_radius=radius)
         heading_in, heading_out = (1j * spin * s / abs(s) for s in (spoke_in, spoke_out))
-        curve = OffsetCurve(
-            centre + spoke_out * (offset_radius / radius),
-            centre,
-            offset_radius,
-            turns,
-            heading_in,
-            heading_out,
-            spoke_in * (radius / abs(spoke_in) - 1.0),
-        )
+        point, slip = centre + spoke_out * (offset_radius / radius), spoke_in * (radius / abs(spoke_in) - 1.0)
+        curve = OffsetCurve(point, centre, offset_radius, turns, heading_in, heading_out, slip)
         return self._append(
             curve, end, self._programmed + 1j * heading_in * self.radius * self.side, block, False
         )

@@ -128,11 +128,7 @@ def _sizes(ip: Interpreter, number: int) -> dict[str, float]:
 
 
 def use_offset(ip: Interpreter, offset: list[float], word: str = "G43") -> None:
-    """Take a tool offset; the machine stays where it is.
-
-    Raises:
-        BlockError: Cutter compensation is on, and the control does not change the offset under it.
-    """
+    """Take a tool offset; the machine stays where it is; raise where cutter compensation is on, and the control does not change the offset under it."""
     if ip.state.compensation != 40 and ip.dialect == "linuxcnc":
         message = "the tool offset cannot change while cutter compensation is on"
         raise BlockError("comp-refused", message, word, hint="use G40")

@@ -148,20 +148,10 @@ class LanguageRun(Run, Generic[P]):
         #: The first line of the main program that was not run; blocks that were counted when it was reached, and at the last look.
         self._reached = self._begun = self._looked = 0
         self._prepare()
-        lane = self.plain and self.batches
-        self._lane = (
-            PlainLane(
-                self.ip,
-                self.sources,
-                self.plain,
-                self._made,
-                self._parameter_values(),
-                self._scopes(),
-                hangs=self.hangs,
-            )
-            if lane
-            else None
-        )
+        self._lane: PlainLane | None = None
+        if self.plain and self.batches:
+            kept = self._made, self._parameter_values(), self._scopes()
+            self._lane = PlainLane(self.ip, self.sources, self.plain, *kept, hangs=self.hangs)
 
     # The parts of a language.
 
@@ -433,11 +423,7 @@ class LanguageRun(Run, Generic[P]):
     # Calls.
 
     def enter(self, frame: Frame[P], word: str) -> None:
-        """Begin a call.
-
-        Raises:
-            Astray: Calls would nest deeper than the options allow.
-        """
+        """Begin a call; raise Astray where calls would nest deeper than the options allow."""
         most = self._options.max_call_depth
         if len(self.frames) > most:
             message = f"calls are nested more than {most} deep"
@@ -469,11 +455,7 @@ class LanguageRun(Run, Generic[P]):
         return found[0]
 
     def file(self, name: str, missing: str, word: str, hint: str) -> Source:
-        """Return the file of a name beside the program or in a folder of --include.
-
-        Raises:
-            BlockError: There is none; `missing` says what is looked for.
-        """
+        """Return the file of a name beside the program or in a folder of --include; raise where there is none; `missing` says what is looked for."""
         source = opened(self._folders, name, self.suffixes)
         if source is None:
             raise BlockError("sub-missing", f"{missing} in {places(self._folders)}", word, hint=hint)

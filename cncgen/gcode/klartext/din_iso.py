@@ -100,7 +100,8 @@ def parse(body: str) -> Statement:
     Raises:
         BlockError: It is not one of the read statements; the column is that of `body`.
     """
-    found: Statement = plain_language.read(_reader(), body, "start", _wrong)
+    refused = lambda reader, text, start: refusal(text, reader.error, reader.expected(), _LANGUAGE)  # noqa: E731
+    found: Statement = plain_language.read(_reader(), body, "start", refused)
     return found
 
 
@@ -110,11 +111,6 @@ def _reader() -> Reader:
     from cncgen.grammars import tables_din_iso
 
     return Reader(tables_din_iso, {**_SAID, **RULES})
-
-
-def _wrong(reader: Reader, text: str, start: str) -> BlockError:
-    """Describe the text at which a block was refused."""
-    return refusal(text, reader.error, reader.expected(), _LANGUAGE)
 
 
 def _refused(what: str, hint: str, place: str) -> BlockError:
@@ -206,10 +202,6 @@ def _tool_call(plane: str | None, tool: Value | tuple[Computed], *words: Raw) ->
     return _SAID["tool_call"](tool, axis, *own)
 
 
-def _tolerance(path: Value | None, *parts: _Part) -> Statement:
-    return Statement("block", [("g", 64.0), *([("p", path)] if path is not None else [])])
-
-
 def _frame(which: int, words: Sequence[Raw]) -> Statement:
     return Statement("frame", data=(which, words))
 
@@ -225,7 +217,8 @@ RULES: dict[str, Callable[..., Any]] = {
     "old_cycle": _old_cycle, "side_part": lambda head, axis, value: (int(head[1:]), (axis.upper(), value)),
     "contours": lambda *parts: Statement("contours", data=tuple(_label(value) for _, value in parts)),
     "program_cycle": lambda *parts: Statement("cycle", data=(programs.CYCLE, "1", parts[-1])),
-    "tool_call_g": _tool_call, "dwell_g": lambda seconds: _SAID["dwell"]("TIME", seconds), "tolerance_g": _tolerance,
+    "tool_call_g": _tool_call, "dwell_g": lambda seconds: _SAID["dwell"]("TIME", seconds),
+    "tolerance_g": lambda path, *parts: Statement("block", [("g", 64.0), *([("p", path)] if path is not None else [])]),
     "mirror": lambda *axes: _frame(8, [(axis.upper(), 0.0) for axis in axes]),
     "modal": lambda *words: Statement(_MODAL, data=words), "g_function": _g, "radius_g": lambda value: ("R", value),
 }  # fmt: skip

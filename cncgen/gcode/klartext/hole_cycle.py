@@ -15,11 +15,7 @@ FASTEST = 99_999.0
 
 
 def infeeds(surface: float, bottom: float, step: float, name: str, word: str = "Q202") -> tuple[float, ...]:
-    """Return the levels from a surface down, a step below each other, and the bottom; it alone where the step is 0.
-
-    Raises:
-        BlockError: They are too many.
-    """
+    """Return the levels from a surface down, a step below each other, and the bottom; it alone where the step is 0; raise where they are too many."""
     makes, hint = f"{word} = {step:g} makes {{}} infeeds of {name}", f"{word} is the depth of one infeed"
     count = steps_of(surface - bottom, step, "CYCL", makes, hint)
     return (*(surface - k * step for k in range(1, count)), bottom)

@@ -41,14 +41,11 @@ def dwell_s(unit: str, value: float, speed: float) -> float:
 def matrix(
     name: str, words: Mapping[str, float], before: affine.Matrix, machine: Machine | None = None
 ) -> affine.Matrix | None:
-    """Return the rotation of a PLANE block, None where it turns nothing.
+    """Return the rotation of a PLANE block, None where it turns nothing; raise where the plane is defined otherwise.
 
     SPATIAL turns about the fixed X, Y, Z; EULER about Z, the new X, the new Z; RELATIV about an axis of the plane in force; POINTS has
     X from its first to its second point and Y towards the third; VECTOR has the direction B of X, and N of Z square to it; AXIAL names positions
     of the machine's rotary axes, of which one that is not named stays where `machine` has it. The origin stays.
-
-    Raises:
-        BlockError: The plane is defined otherwise.
     """
     if name == "RESET":
         return None

@@ -22,14 +22,11 @@ Place = tuple[complex, float]
 
 
 def places(parts: Sequence[tuple[str, dict[str, Value]]], now: Callable[[Value], float]) -> list[Place]:
-    """Return the places of PATTERN DEF, in the order of visits.
+    """Return the places of PATTERN DEF, in the order of visits; raise where a part misses a word or has one too many, or counts too many places.
 
     Args:
         parts: The kind of each part, and its words.
         now: Gives the present value of a word.
-
-    Raises:
-        BlockError: A part misses a word or has one too many, or counts too many places.
     """
     found, before = list[Place](), dict[str, float]()
     for kind, given in parts:

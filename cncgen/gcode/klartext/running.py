@@ -89,9 +89,6 @@ class HeidenhainRunner(ContourLines):
         else:
             self._plain(at, statement)
 
-    def _q(self, number: int) -> float:
-        return float(self.ip.parameters.numbers[number])
-
     def _feed_word(self, word: str) -> float:
         """Return the feed that a Q parameter of a cycle is given by a word: FMAX, FAUTO."""
         if word == "MAX":
@@ -390,7 +387,7 @@ class HeidenhainRunner(ContourLines):
         given = self._take_parameters(frame, at)
         cycles.take_given(self.ip, cycles.PRESET, given)
         self._datums.untransform()
-        self._use_preset(round(self._q(339)))
+        self._use_preset(round(self.ip.parameters.numbers[339]))
 
     def do_preset(self, frame: Frame, at: int, statement: Statement) -> None:
         """PRESET SELECT: a row of the table of presets; KEEP TRANS keeps the shifts and turns in force (TNC 7, "PRESET SELECT")."""

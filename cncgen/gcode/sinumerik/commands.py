@@ -469,11 +469,7 @@ def _path_axes(motions: Motions, name: str, values: list[Scalar | None]) -> None
 
 
 def _spline_axes(motions: Motions, name: str, values: list[Scalar | None]) -> None:
-    """SPLINEPATH(1,X,Y,Z): the axes of which splines are made, as at the start.
-
-    Raises:
-        BlockError: One of X, Y and Z goes along a line beside the spline.
-    """
+    """SPLINEPATH(1,X,Y,Z): the axes of which splines are made, as at the start; raise where one of X, Y and Z goes along a line beside the spline."""
     left = set("XYZ").difference(str(value) for value in values[1:])
     if left:
         raise not_read(f"SPLINEPATH without {' '.join(sorted(left))}", "splines are of X, Y and Z")

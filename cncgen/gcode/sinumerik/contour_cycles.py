@@ -94,15 +94,12 @@ class _Variant(NamedTuple):
 
     @classmethod
     def of(cls, name: str, vari: float, side: int, more: bool) -> _Variant:
-        """Return what a value says.
+        """Return what a value says; raise where one of them is not read.
 
         Args:
             name: Of the cycle.
             vari, side: VARI and RL.
             more: Whether the cycle has a parameter behind LP2.
-
-        Raises:
-            BlockError: One of them is not read.
         """
         digits, kind, between = round(vari), round(vari) % 10, round(vari) // 10 % 10
         up, reverse = round(vari) % 10_000 // 100, round(vari) // 10_000
@@ -208,11 +205,7 @@ class _Cuts:
 
     @classmethod
     def of(cls, motions: Motions, name: str, contour: list[Segment], vari: int, lift: float) -> _Cuts:
-        """Return the cuts along a contour from where it is nearest to the material's middle on.
-
-        Raises:
-            BlockError: The contour goes back along the cuts.
-        """
+        """Return the cuts along a contour from where it is nearest to the material's middle on; raise where the contour goes back along the cuts."""
         inside, swap = (vari - 1) // 2 % 2 == 1, vari % 2 == 0
         ends, outwards = (contour[0].start, contour[-1].end), -1.0 if inside and not swap else 1.0
         low, high = sorted(ends, key=lambda p: (p.real if swap else p.imag) * outwards)

@@ -157,15 +157,8 @@ def _polynomial(motions: Motions, words: Words, end: Point) -> None:
         power += [0.0] * (degree + 1 - len(power))
         for k in range(degree + 1):
             rows[k][column] = sum(math.comb(k, i) / math.comb(degree, i) * power[i] for i in range(k + 1))
-    ip.sink.nurbs_feed(
-        Curve(
-            degree,
-            rows,
-            (1.0,) * (degree + 1),
-            (0.0,) * (degree + 1) + (1.0,) * (degree + 1),
-            inverse_rate(ip),
-        )
-    )
+    weights = (1.0,) * (degree + 1)
+    ip.sink.nurbs_feed(Curve(degree, rows, weights, (0.0,) * (degree + 1) + weights, inverse_rate(ip)))
     ip.state.position, ip.state.moved = finish, True
     motions.heading = [b - a for a, b in zip(rows[-2], rows[-1], strict=True)]
 

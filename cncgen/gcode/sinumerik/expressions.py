@@ -113,11 +113,7 @@ class TextFunction:
         return self.arguments
 
     def of(self, variables: Variables, text: Scalar, *more: Scalar) -> Scalar:
-        """Return its value.
-
-        Raises:
-            BlockError: An argument is a number where a text is needed or the other way round, or NUMBER has a text that is none.
-        """
+        """Return its value; raise where an argument is a number where a text is needed or the other way round, or NUMBER has a text that is none."""
         numbers = self.name == "SUBSTR"
         if not isinstance(text, str) or any(isinstance(value, str) == numbers for value in more):
             message = f"an argument of {self.name} is {'a text where a number' if isinstance(text, str) and numbers else 'a number where a text'} is needed"

@@ -145,12 +145,6 @@ def _given(children: tuple[Any, ...]) -> tuple[Any, ...]:
     return tuple(child for child in children if child is not None)
 
 
-def _formal(
-    var: str | None, kind: str, _: object, name: str, extent: tuple[Any, ...] | None, usual: Value | None
-) -> Any:
-    return ("formal", kind.upper(), name.upper(), var is not None, usual, extent)
-
-
 def _jump(goto: str, target: str) -> Item:
     """Return a jump; the number of a block may stand without its N ("e.g.: 200, N300", 840D sl, Fundamentals, "Jumps to jump markers")."""
     number = "N" if target[0].isdigit() else ""
@@ -171,6 +165,8 @@ def _repeat_part(*children: Any) -> Item:
 
 #: Rules that are one word.
 _ALONE = ("else_", "endif", "loop", "endloop", "endfor", "endwhile", "repeat")
+#: Rules of two operands, and their operators.
+_OPERATORS = {"join": "<<", "both": "AND", "or_": "OR", "xor": "XOR", "bit_and": "B_AND", "bit_or": "B_OR", "bit_xor": "B_XOR"}  # fmt: skip
 #: The value of each rule of the grammar, of those of its parts.
 VALUES: dict[str, Callable[..., Any]] = {
     "line": _line,
@@ -192,25 +188,16 @@ VALUES: dict[str, Callable[..., Any]] = {
     "function": lambda name, arguments: expressions.function(name.upper(), arguments),
     "negative": lambda a: -a,
     "signed": expressions.unary,
-    "negation": partial(expressions.unary, "NOT"),
-    "bit_not": partial(expressions.unary, "B_NOT"),
+    **{rule: partial(expressions.unary, name) for rule, name in (("negation", "NOT"), ("bit_not", "B_NOT"))},
+    **{rule: partial(expressions.binary, name) for rule, name in _OPERATORS.items()},
     "binary": lambda a, operator, b: expressions.binary(operator.upper(), a, b),
     "compare": lambda a, operator, b: expressions.binary(operator, a, b),
-    "join": partial(expressions.binary, "<<"),
     "chain": expressions.Chain,
-    "both": partial(expressions.binary, "AND"),
-    "or_": partial(expressions.binary, "OR"),
-    "xor": partial(expressions.binary, "XOR"),
-    "bit_and": partial(expressions.binary, "B_AND"),
-    "bit_or": partial(expressions.binary, "B_OR"),
-    "bit_xor": partial(expressions.binary, "B_XOR"),
     "jump": _jump,
     "computed_jump": _computed_jump,
     "begin": lambda goto: ("jump", goto.upper(), ""),
     "if_jump": lambda *c: ("if-jump", tuple(zip(c[::2], c[1::2], strict=True))),
-    "if_": lambda condition: ("if", condition),
-    "while_": lambda condition: ("while", condition),
-    "until": lambda condition: ("until", condition),
+    **{rule: partial(lambda kind, condition: (kind, condition), rule.rstrip("_")) for rule in ("if_", "while_", "until")},
     "for_": lambda target, first, last: ("for", target, first, last),
     "case": lambda value, *branches: ("case", value, branches),
     "branch": lambda value, jump: (value, jump),
@@ -220,11 +207,10 @@ VALUES: dict[str, Callable[..., Any]] = {
     "call_block": lambda first, last: _repeat_part(first, last, None),
     "repeat_block": lambda label, times: ("repeat-block", label.upper(), 1.0 if times is None else times),
     "length": lambda number: ("length", float(number)),
-    "bounds": lambda *c: c,
-    "several": lambda *c: c,
+    **dict.fromkeys(("bounds", "several"), lambda *c: c),
     "defined": lambda name, bounds, value: (name.upper(), bounds or (), value),
     "def_": lambda kind, _, *names: ("def", kind.upper(), names),
-    "formal": _formal,
+    "formal": lambda var, kind, _, name, extent, usual: ("formal", kind.upper(), name.upper(), var is not None, usual, extent),
     "formals": lambda *c: _given(c),
     "extent": lambda *bounds: ("extent", *bounds),
     "declared": lambda *_: None,

@@ -75,29 +75,16 @@ class Soft:
 
 
 def of(motions: Motions, words: Words) -> Soft | None:
-    """Return what a block says of an approach or a retraction, taking its words; None where it has none.
-
-    Raises:
-        BlockError: Two codes, or no DISR above 0.
-    """
+    """Return what a block says of an approach or a retraction, taking its words; None where it has none; raise where there are two codes, or no DISR above 0."""
     codes = [code for code in words.g if code in CODES]
     if not codes:
         return None
     found = {name: words.named.pop(name) for name in _WORDS if name in words.named}
     radius = found.get("DISR", ("", 0.0))[1]
-    begin = motions.ip.state.position.copy()
+    now = motions.ip.state.position.copy(), motions.before, motions.here
     height, feed = found.get("DISCL"), found.get("FAD", ("", 0.0))[1]
-    soft = Soft(
-        codes[0],
-        radius,
-        height,
-        feed * motions.feed_scale,
-        motions.soft_in_plane,
-        motions.soft_side,
-        begin,
-        motions.before,
-        motions.here,
-    )
+    feed *= motions.feed_scale
+    soft = Soft(codes[0], radius, height, feed, motions.soft_in_plane, motions.soft_side, *now)
     if len(codes) > 1 or radius <= 0.0:
         what = "stands beside another one" if len(codes) > 1 else f"has DISR={radius:g}"
         raise soft.fault(what, "DISR", "DISR is the radius of the arc, or the length of the line, above 0")

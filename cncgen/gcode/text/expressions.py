@@ -202,10 +202,6 @@ def negative(a: Operand, arithmetic: Arithmetic = LINUXCNC) -> Any:
     return found
 
 
-def _increment(p: Parameters) -> float:
-    return p.interpreter.increment()
-
-
 def _increments_in_one(p: Parameters) -> float:
     """Return how many of the control's least increments a millimetre, inch or degree has."""
     interpreter = p.interpreter
@@ -215,7 +211,7 @@ def _increments_in_one(p: Parameters) -> float:
 
 def increments(a: Value, arithmetic: Arithmetic) -> Value:
     """Return a number of least increments in the units in force."""
-    return joined_by(codes.MULTIPLY, a, _increment, arithmetic)
+    return joined_by(codes.MULTIPLY, a, lambda p: p.interpreter.increment(), arithmetic)
 
 
 def rounded_to_increment(a: Value) -> Value:
@@ -255,7 +251,7 @@ def parameter(target: Value | str, arithmetic: Arithmetic = LINUXCNC) -> Value:
         number = target
         return lambda p: p.number(number)
     found = begun(target, arithmetic)
-    found.take(_numbered, 1)
+    found.take(lambda p, number: p.number(number), 1)
     return found
 
 
@@ -265,13 +261,5 @@ def exists(target: Value | str, arithmetic: Arithmetic = LINUXCNC) -> Value:
         name = target
         return lambda p: 1.0 if p.has(name) else 0.0
     found = begun(target, arithmetic)
-    found.take(_exists, 1)
+    found.take(lambda p, number: 1.0 if p.has_number(number) else 0.0, 1)
     return found
-
-
-def _numbered(p: Parameters, number: float) -> float:
-    return p.number(number)
-
-
-def _exists(p: Parameters, number: float) -> float:
-    return 1.0 if p.has_number(number) else 0.0

@@ -329,11 +329,9 @@ def _step(index: int) -> Callable[[Value], Words]:
 
 def _of_a_turn(value: Value) -> Value:
     """Return the feed a minute of FU, a feed of each turn of the spindle; of FZ, of each tooth, for a tool with one."""
-    return expressions.joined_by(codes.MULTIPLY, _speed, value, expressions.HEIDENHAIN)
-
-
-def _speed(p: Parameters) -> float:
-    return p.interpreter.state.speed
+    return expressions.joined_by(
+        codes.MULTIPLY, lambda p: p.interpreter.state.speed, value, expressions.HEIDENHAIN
+    )
 
 
 def called_feed(p: Parameters) -> float:
@@ -614,10 +612,6 @@ def _tip_on(*parts: str) -> Statement:
     return Statement("tip_on", [("g", Own.TIP / 10.0)], data=tuple(pairwise(words)))
 
 
-def _label(name: str) -> str:
-    return name.strip('"').upper()
-
-
 def _kind(kind: str) -> Callable[..., Statement]:
     """Return the function of a rule whose parts are data of its statement."""
     return lambda *parts: Statement(kind, data=parts)
@@ -643,7 +637,7 @@ RULES: dict[str, Callable[..., Any]] = {
     "select": lambda digits: Statement("select", data=(_whole(digits),)),
     "tool_call": _tool_call, "tool_sizes": _tool_sizes, "tool_axis": _tool_axis, "tool_name": _tool_named,
     "tool_number": _tool_number,
-    "cycle": _cycle, "cycle_call": _cycle_call, "stop": _stop, "label": _label, "label_here": _kind("label"), "call": _kind("call"),
+    "cycle": _cycle, "cycle_call": _cycle_call, "stop": _stop, "label": lambda name: name.strip('"').upper(), "label_here": _kind("label"), "call": _kind("call"),
     "repeats": lambda times, *_: times,
     **{rule: _kind(rule) for rule in ("call_program", "select_program", "call_selected", "select_pattern", "select_table", "plane", "transform")},
     "tip_on": _tip_on, "tip_off": lambda *_: Statement("block", [("g", Own.TIP_OFF / 10.0)]),

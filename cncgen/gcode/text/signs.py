@@ -383,18 +383,14 @@ def patterns() -> Iterator[bytes]:
     """Yield the patterns that are compiled when the package is built."""
     yield from (by_line(sign[2]) for sign in (*WRITTEN, *SPOKEN, *BARE))
     yield from map(by_line, (CYCLES, HOLES, A_TURN, RETRACTS, ARC_IN_XZ, PLANE, FEEDS, OTHER_FEEDS, X_AND_Z))
+    yield from (FEEDS, OUT_OF_CODE, REMARKS, NUMBERS, LENGTH_WITH_POINT, WHOLE_WORD, LAST_STAR, LONG_WAIT)
     yield from (
-        FEEDS,
-        OUT_OF_CODE,
-        REMARKS,
-        NUMBERS,
-        LENGTH_WITH_POINT,
-        WHOLE_WORD,
-        LAST_STAR,
-        LONG_WAIT,
         WORDS_OF_SIEMENS,
         ROTARY,
         ANGLE,
         NO_PLACE,
+        *LONG_LENGTHS.values(),
+        *UNITS.values(),
+        LENGTH,
+        FEED,
     )
-    yield from (*LONG_LENGTHS.values(), *UNITS.values(), LENGTH, FEED)
