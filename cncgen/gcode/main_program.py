@@ -27,8 +27,7 @@ def main_behind(source: Source) -> tuple[Cursor, BlockError] | None:
     """
     if source.main is None:
         source.main = (_found(source),)
-    found: tuple[Cursor, BlockError] | None = source.main[0]
-    return found
+    return source.main[0]
 
 
 def _found(source: Source) -> tuple[Cursor, BlockError] | None:

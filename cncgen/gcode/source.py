@@ -14,7 +14,10 @@ from cncgen.records import replace
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any, BinaryIO
+    from typing import BinaryIO
+
+    from cncgen.gcode.errors import BlockError
+    from cncgen.gcode.text.labels import Cursor
 
 #: Bytes of a line that are read at all; a longer line is an error.
 MAX_LINE = 65_536
@@ -44,7 +47,7 @@ class Source:
         self.data = _with_newlines(data)
         self.bytes = memoryview(self.data)
         self.different: tuple[bytes, list[int], list[int]] | None = None
-        self.main: tuple[Any] | None = None
+        self.main: tuple[tuple[Cursor, BlockError] | None] | None = None
 
     def __len__(self) -> int:
         return len(self.data)

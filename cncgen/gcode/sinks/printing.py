@@ -122,7 +122,7 @@ class PrintingSink:
         """Print RIGID_TAP."""
         self.call(f"RIGID_TAP({end[0]:.4f}, {end[1]:.4f}, {end[2]:.4f})")
 
-    def _nothing(self, *told: object) -> None:
+    def _nothing(self, *told: float | Point | None) -> None:
         """Print nothing: what it says is printed by other calls."""
 
     synchronise = set_spindle = set_surface_speed = place = _nothing

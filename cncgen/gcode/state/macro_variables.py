@@ -56,7 +56,7 @@ def _system(ip: Interpreter) -> float:
     return 53.0 + number if number <= 6 else 59.0 + (number - 6) / 10.0
 
 
-def _in_frame(ip: Interpreter, name: str, idle: object) -> bool:
+def _in_frame(ip: Interpreter, name: str, idle: dict[int, float] | list[float] | float) -> bool:
     """Tell whether a part of FANUC's frame in force, which cutter compensation may stand before, changes anything."""
     parts = getattr(ip.sink, "parts", None) or getattr(getattr(ip.sink, "inner", None), "parts", None)
     return bool(getattr(parts, name, idle) != idle)
