@@ -34,10 +34,12 @@ def plan_least_time(
         along = options.effort == "fast" or options.interpolator != "arclength" or options.saturation != "off"
         if along or machine.max_centripetal_mm_s2 is not None:
             return plan_blocks(smooth_blocks(chunks, machine), machine)
-        from cncgen.planner.tube import Programmed, chorded, improve
+        from cncgen.planner.tube import Programmed, chorded, cornered, improve
 
         program = Programmed(machine.chord_tolerance_mm)
-        blocks = smooth_blocks(chunks, machine, lambda steady: chorded(program.over(steady), machine))
+        blocks = smooth_blocks(
+            chunks, machine, lambda steady: chorded(program.over(cornered(steady, machine)), machine)
+        )
         plan = plan_blocks(blocks, machine, coarse=True)
         # The search beside the plan that it starts from, and both beside sampling and writing.
         ahead = prefetch(plan, PREFETCHED)

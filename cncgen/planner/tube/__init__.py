@@ -1,7 +1,7 @@
 """Path and speed chosen together within the tolerance of G64 (docs/tube.md). Modules in the order in which data passes them:
 
 programmed       the rows of the program, from which the tolerance is measured
-chorded          its curves as lines, for the plan that is improved
+chorded          its curves as lines: sharp bends, and all of them for the plan that is improved
 reference_path   the plan that is improved, sampled
 row_places       where on it the rows begin
 tube_nodes       where nodes stand on it, and the room around each
@@ -15,8 +15,8 @@ window_search    the search of one window after the other; the first rounds of t
 stream           runs all of this, window by window
 """
 
-from cncgen.planner.tube.chorded import chorded
+from cncgen.planner.tube.chorded import chorded, cornered
 from cncgen.planner.tube.programmed import Programmed
 from cncgen.planner.tube.stream import improve
 
-__all__ = ["Programmed", "chorded", "improve"]
+__all__ = ["Programmed", "chorded", "cornered", "improve"]

@@ -1,7 +1,9 @@
-"""Curves as chords, for the plan that the search starts from.
+"""Curves as lines: their sharp bends for the search, and all of them for the plan that it starts from.
 
 Smoothing rounds the corners of lines, and meets a curve exactly. So the plan of a NURBS slows down where it bends within a few
-tolerances, and the search went on from there to a motion that took up to 22 % longer than that of the curve's own chords.
+tolerances, and the search went on from there to a motion that took up to 22 % longer than that of the curve's own chords. And within a
+bend that is sharper than the tolerance is wide, planes across the curve bound the motion to pass it in order, where a corner of lines
+is a place that the motion goes by.
 """
 
 from __future__ import annotations
@@ -10,36 +12,113 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cncgen.geometry.linearize import chords
+from cncgen.geometry.path import Path
+from cncgen.geometry.splitting import split
 from cncgen.machine.record import Machine
 from cncgen.planner.limits.axis_limits import axis_scale, chord_reserve
 from cncgen.planner.smoothing.ends import regular
 from cncgen.planner.smoothing.runs import loose
 from cncgen.toolpath.record import Kind, Toolpath
-from cncgen.toolpath.slicing import between
+from cncgen.toolpath.slicing import between, join
 
-#: Part of the tolerance that chords take; smoothing has the rest.
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+#: Part of the tolerance that chords of the plan take; smoothing has the rest.
 _SHARE = 0.3
+#: Part of it that chords of a bend take, and their turn from which on it is one, rad. Such chords are √(8 · part · P R) long, so they turn
+#: by as much in a bend whose radius R is two and a half tolerances.
+_FINE, _TURN = 0.003, 0.1
 #: Least tolerance as a multiple of the chords between setpoints, which smoothing shares it with (`smoothing.tolerance_split`). At one, a
 #: curve that it meets exactly takes less time.
 _WIDE = 4.0
 
 
+def cornered(chunks: Iterable[Toolpath], machine: Machine) -> Iterator[Toolpath]:
+    """Hand on chunks, with lines in place of those parts of NURBS that bend more sharply than a few tolerances, or in a corner."""
+    for chunk in chunks:
+        yield _cornered(chunk, machine)
+
+
 def chorded(chunks: Iterable[Toolpath], machine: Machine) -> Iterator[Toolpath]:
     """Hand on chunks, with lines in place of NURBS whose tolerance is much wider than the chords between setpoints."""
     for chunk in chunks:
-        yield _chorded(chunk, _WIDE * chord_reserve(machine, chunk.axes))
+        yield _chorded(chunk, machine)
 
 
-def _chorded(toolpath: Toolpath, least_mm: float) -> Toolpath:
-    curves = (toolpath.kind == Kind.NURBS) & loose(toolpath) & (toolpath.tolerance >= least_mm)
-    if not curves.any():
+def _cornered(toolpath: Toolpath, machine: Machine) -> Toolpath:
+    """Return a toolpath whose NURBS are cut beside their sharp bends, and these are lines."""
+    path, rows = _curves(toolpath, machine)
+    if not len(rows):
         return toolpath
-    path = toolpath.path
-    # A chord would not meet the place where a curve turns back.
-    curves &= path.moves_xyz & regular(toolpath, path)
-    rows = np.flatnonzero(curves)
+    of, part, x = chords(path, rows, _FINE * toolpath.tolerance[rows], axis_scale(toolpath.axes))
+    sharp = _sharp(of, x, toolpath.end[rows], axis_scale(toolpath.axes))
+    cut: list[Toolpath] = []
+    done = 0
+    for k in np.unique(of[sharp]).tolist():
+        own, row = slice(*np.searchsorted(of, [k, k + 1])), int(rows[k])
+        cut += [between(toolpath, done, row), _cut(toolpath, path, row, sharp[own], part[own], x[own])]
+        done = row + 1
+    return join([*cut, between(toolpath, done, len(toolpath))]) if cut else toolpath
+
+
+def _sharp(of: Ints, x: Floats, end: Floats, scale: Floats) -> NDArray[np.bool_]:
+    """Tell which chords meet another one of the same curve in a sharp turn.
+
+    Args:
+        of: Shape (n,), which curve each is of, ascending.
+        x: Shape (n, axes), where they begin.
+        end: Shape (curves, axes), where each curve ends.
+        scale: Shape (axes,).
+    """
+    last = np.append(of[1:] != of[:-1], True)
+    stop = np.concatenate([x[1:], x[:1]])
+    stop[last] = end[of[last]]
+    way = (stop - x) * scale
+    way /= np.maximum(np.sqrt((way**2).sum(axis=1)), 1e-300)[:, None]
+    turn = ~last[:-1] & (np.sqrt((np.diff(way, axis=0) ** 2).sum(axis=1)) > _TURN)
+    return np.append(turn, False) | np.append(False, turn)
+
+
+def _cut(
+    toolpath: Toolpath, path: Path, row: int, sharp: NDArray[np.bool_], part: Floats, x: Floats
+) -> Toolpath:
+    """Return a NURBS row as the curves between its sharp chords, and these.
+
+    Args:
+        toolpath, path: It and its geometry.
+        row: Which row.
+        sharp: Shape (chords,), which of its chords are.
+        part: Shape (chords,), the part of its parameter at which each begins.
+        x: Shape (chords, axes), where each begins.
+    """
+    one = between(toolpath, row, row + 1)
+    # A row for each sharp chord, and for each run of others, which are a curve.
+    runs = np.flatnonzero(np.append(True, sharp[1:] != sharp[:-1]))
+    begin = np.flatnonzero(np.append(True, sharp[1:] | sharp[:-1]))
+    first, last = (
+        path.parameter_after(np.array([row]), at, side)
+        for at, side in ((np.zeros(1), 1), (path.row_length[[row]], -1))
+    )
+    lines = sharp[begin]
+    columns = one.columns(np.zeros(len(begin), np.int64))
+    columns["end"] = np.concatenate([x[begin[1:]], one.end])
+    columns["kind"] = np.where(lines, np.int8(Kind.LINE), np.int8(Kind.NURBS))
+    columns["curve"] = np.where(lines, -1, np.searchsorted(runs, begin))
+    columns["tolerance"] = columns["tolerance"] * np.where(lines, 1.0 - _FINE, 1.0)
+    pieces = split(one.nurbs, 0, first + part[runs[1:]] * (last - first))
+    cut = replace(one, nurbs=pieces, **columns)
+    return between(cut, 0, len(cut))
+
+
+def _chorded(toolpath: Toolpath, machine: Machine) -> Toolpath:
+    """Return a toolpath whose NURBS are chords."""
+    path, rows = _curves(toolpath, machine)
+    if not len(rows):
+        return toolpath
     of, part, x = chords(path, rows, _SHARE * toolpath.tolerance[rows], axis_scale(toolpath.axes))
     inner = part > 0.0
     # A chord that begins inside of a row ends the one before it.
@@ -47,10 +126,21 @@ def _chorded(toolpath: Toolpath, least_mm: float) -> Toolpath:
     order = np.lexsort((np.concatenate([np.ones(len(toolpath)), part[inner]]), row))
     row = row[order]
     columns = toolpath.columns(row)
-    cut = curves[row]
+    cut = np.isin(row, rows)
     columns["end"] = np.concatenate([toolpath.end, x[inner]])[order]
     columns["kind"] = np.where(cut, np.int8(Kind.LINE), columns["kind"])
     columns["curve"] = np.where(cut, -1, columns["curve"])
     columns["tolerance"] = columns["tolerance"] * np.where(cut, 1.0 - _SHARE, 1.0)
     lines = replace(toolpath, **columns)
     return between(lines, 0, len(lines))
+
+
+def _curves(toolpath: Toolpath, machine: Machine) -> tuple[Path, Ints]:
+    """Return the path of a toolpath, and which of its rows are NURBS that lines may stand for."""
+    least = _WIDE * chord_reserve(machine, toolpath.axes)
+    curves = (toolpath.kind == Kind.NURBS) & loose(toolpath) & (toolpath.tolerance >= least)
+    path = toolpath.path
+    if curves.any():
+        # A chord would not meet the place where a curve turns back.
+        curves &= path.moves_xyz & regular(toolpath, path)
+    return path, np.flatnonzero(curves)
