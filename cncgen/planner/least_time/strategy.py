@@ -38,7 +38,7 @@ def plan_least_time(
 
         program = Programmed(machine.chord_tolerance_mm)
         blocks = smooth_blocks(
-            chunks, machine, lambda steady: chorded(program.over(cornered(steady, machine)), machine)
+            chunks, machine, lambda steady: chorded(program.over(cornered(steady)), machine)
         )
         plan = plan_blocks(blocks, machine, coarse=True)
         # The search beside the plan that it starts from, and both beside sampling and writing.

@@ -37,10 +37,10 @@ _FINE, _TURN = 0.003, 0.1
 _WIDE = 4.0
 
 
-def cornered(chunks: Iterable[Toolpath], machine: Machine) -> Iterator[Toolpath]:
+def cornered(chunks: Iterable[Toolpath]) -> Iterator[Toolpath]:
     """Hand on chunks, with lines in place of those parts of NURBS that bend more sharply than a few tolerances, or in a corner."""
     for chunk in chunks:
-        yield _cornered(chunk, machine)
+        yield _cornered(chunk)
 
 
 def chorded(chunks: Iterable[Toolpath], machine: Machine) -> Iterator[Toolpath]:
@@ -49,9 +49,9 @@ def chorded(chunks: Iterable[Toolpath], machine: Machine) -> Iterator[Toolpath]:
         yield _chorded(chunk, machine)
 
 
-def _cornered(toolpath: Toolpath, machine: Machine) -> Toolpath:
+def _cornered(toolpath: Toolpath) -> Toolpath:
     """Return a toolpath whose NURBS are cut beside their sharp bends, and these are lines."""
-    path, rows = _curves(toolpath, machine)
+    path, rows = _curves(toolpath)
     if not len(rows):
         return toolpath
     of, part, x = chords(path, rows, _FINE * toolpath.tolerance[rows], axis_scale(toolpath.axes))
@@ -116,7 +116,7 @@ def _cut(
 
 def _chorded(toolpath: Toolpath, machine: Machine) -> Toolpath:
     """Return a toolpath whose NURBS are chords."""
-    path, rows = _curves(toolpath, machine)
+    path, rows = _curves(toolpath, _WIDE * chord_reserve(machine, toolpath.axes))
     if not len(rows):
         return toolpath
     of, part, x = chords(path, rows, _SHARE * toolpath.tolerance[rows], axis_scale(toolpath.axes))
@@ -135,10 +135,9 @@ def _chorded(toolpath: Toolpath, machine: Machine) -> Toolpath:
     return between(lines, 0, len(lines))
 
 
-def _curves(toolpath: Toolpath, machine: Machine) -> tuple[Path, Ints]:
-    """Return the path of a toolpath, and which of its rows are NURBS that lines may stand for."""
-    least = _WIDE * chord_reserve(machine, toolpath.axes)
-    curves = (toolpath.kind == Kind.NURBS) & loose(toolpath) & (toolpath.tolerance >= least)
+def _curves(toolpath: Toolpath, least_mm: float = 0.0) -> tuple[Path, Ints]:
+    """Return the path of a toolpath, and which of its rows are NURBS of a tolerance of no less that lines may stand for."""
+    curves = (toolpath.kind == Kind.NURBS) & loose(toolpath) & (toolpath.tolerance >= least_mm)
     path = toolpath.path
     if curves.any():
         # A chord would not meet the place where a curve turns back.
