@@ -128,3 +128,19 @@ def test_a_comment_within_a_word(run: Run) -> None:
     for line in ("#1=[1+(c)2]", "G1 X(c)5 F100", "#2(c)=3"):
         [(code, *_)] = run(f"{line}\nM2\n", dialect="linuxcnc").errors[:1]
         assert code == "syntax"
+
+
+def test_names_of_variables_for_the_screen(run: Run) -> None:
+    """SETVN (custom macro B) gives variables names that the screen shows, and prints nothing."""
+    out = run("%\nO1\nG21 G90\nSETVN#500[SIZE,DEPTH]\n#500=3.\nG0 X#500\nM30\n%\n", dialect="fanuc")
+    assert out.errors == []
+    assert out.path.end[out.path.kind < 3][-1, 0] == 3
+    assert not any(event.values.get("print") for event in out.path.events)
+
+
+def test_a_bar_feeder_of_haas(run: Run) -> None:
+    """G105 J K R P: motions of the control's own program, which move no axis of the plan; a warning tells of them."""
+    out = run("%\nO1\nG18 G21 G99\nG0 X10. Z5.\nG105 J38. K2.5\nX20.\nM30\n%\n", dialect="fanuc-lathe")
+    assert out.errors == []
+    assert "builders-code" in [d.code for d in out.diagnostics if d.severity == "warning"]
+    assert out.path.end[out.path.kind < 3].shape[0] == 2

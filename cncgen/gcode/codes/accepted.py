@@ -77,6 +77,15 @@ def of_mazatrol(ip: Interpreter, block: Block) -> None:
     ip.warn_once(BlockError("builders-point", message, "G53.5", hint=hint), Severity.WARNING)
 
 
+def bar_feed(ip: Interpreter, block: Block) -> None:
+    """G105 of Haas's lathes: the bar feeder pushes the bar, by motions of its own program."""
+    message = "G105 feeds the bar by motions of the control's own program: they are not planned, and their time is not counted"
+    ip.warn_once(
+        BlockError("builders-code", message, "G105", hint="the tool stays where it is"), Severity.WARNING
+    )
+    ip.sink.call("", Event("user", values={"g": 105}))
+
+
 def rigid(ip: Interpreter, block: Block) -> None:
     """M29: the next row of holes turns the spindle in step with the feed, until G80 or a code of motion."""
     ip.state.rigid = ARMED
@@ -128,5 +137,6 @@ CODES = (
             "own", takes="dh", dialects=_FANUC)
         for number in range(19_000, 19_080, 10)
     ),
+    Code("G", 1050, "bar feed", Stage.MOTION, bar_feed, "the bar feeder pushes the bar (Haas): an event", "ijkpr", dialects=(LATHE,)),
     Code("M", 290, "rigid tapping", Stage.SPINDLE, rigid, "the next row of taps in step with the spindle", dialects=_FANUC),
 )  # fmt: skip

@@ -84,10 +84,11 @@ def _abort(ip: Interpreter, rest: str) -> None:
 def output(ip: Interpreter, text: str) -> None:
     """Execute an output command of FANUC's macros: POPEN, PCLOS, or DPRNT[X#1[53]] with its text.
 
-    Of DPRNT, a value has as many digits before and after the point as its bracket says, and * is a blank.
+    Of DPRNT, a value has as many digits before and after the point as its bracket says, and * is a blank. SETVN#500[SIZE] gives variables
+    names for the control's screen.
     """
     keyword, _, inner = text.partition("[")
-    if not inner:
+    if not inner or keyword.startswith("SETVN"):
         ip.sink.call(f'COMMENT("{keyword.strip()}")')
         return
 
