@@ -6,6 +6,7 @@ import _sre
 import importlib
 import io
 import re
+import time
 
 import pytest
 from hypothesis import given
@@ -438,6 +439,17 @@ def each_line(text: bytes, stand: list[int] | None = None) -> tuple[bytes, list[
     """Return all lines in capitals, as signs were looked for before lines that differ in coordinates alone were taken once."""
     count = text.count(b"\n") + 1
     return text.upper(), list(range(1, count + 1)), stand or [1] * count
+
+
+@pytest.mark.parametrize(
+    "text",
+    [b"X1Y1" + 17 * b"S100" + b"Q E5", b"M106" + 13 * b"S1000" + b"Q", b"(P1=1" + 17 * b"+100" + b"Q)"],
+)
+def test_a_row_of_numbers_is_looked_at_once(text: bytes) -> None:
+    """Each digit could be before or behind a point that is not there, so these lines took 10 to 30 s, and slightly longer ones for ever."""
+    begin = time.process_time()
+    choose(open_source(io.BytesIO(text), "t.nc"))
+    assert time.process_time() - begin < 1.0
 
 
 def test_a_point_without_digits_is_no_number() -> None:
