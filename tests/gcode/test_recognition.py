@@ -446,7 +446,7 @@ def each_line(text: bytes, stand: list[int] | None = None) -> tuple[bytes, list[
     [b"X1Y1" + 17 * b"S100" + b"Q E5", b"M106" + 13 * b"S1000" + b"Q", b"(P1=1" + 17 * b"+100" + b"Q)"],
 )
 def test_a_row_of_numbers_is_looked_at_once(text: bytes) -> None:
-    """Each digit could be before or behind a point that is not there, so these lines took 10 to 30 s, and slightly longer ones for ever."""
+    """Each digit could be before or behind a point that is not there, so these lines took from 12 s to minutes."""
     begin = time.process_time()
     choose(open_source(io.BytesIO(text), "t.nc"))
     assert time.process_time() - begin < 1.0
