@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import warnings
 from bisect import bisect_left
@@ -85,12 +86,19 @@ def options_on(machine: Machine, options: ReadOptions | None = None) -> ReadOpti
 
     Of the first, ``least_increment_mm`` is the unit of numbers without a decimal point, and ``dialect`` the control's language
     (an option that names one has precedence); the second is read by `cncgen.machine.kinematics`; of the third, ``spindle_max_rpm`` bounds
-    the spindle under a constant surface speed.
+    the spindle under a constant surface speed. The travel of the axes is for programs that ask for it.
 
     Raises:
         UsageError: A setting is wrong.
     """
     how = options or ReadOptions()
+    bounded = [(axis.letter, *axis.travel) for axis in machine.axes.values() if axis.travel is not None]
+    if bounded:
+        travel = [
+            (letter, low, high) if letter not in "ABC" else (letter, math.degrees(low), math.degrees(high))
+            for letter, low, high in bounded
+        ]
+        how = replace(how, travel=tuple(travel))
     if "kinematics" in machine.settings:
         from cncgen.machine.kinematics import kinematics_of
 

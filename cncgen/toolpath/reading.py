@@ -32,6 +32,8 @@ class ReadOptions:
             program does not say it (G-code of LinuxCNC and FANUC; SINUMERIK takes mm, Heidenhain says it).
         tool_table: LinuxCNC tool table, or None.
         parameters: File of numbered parameters, read and never rewritten, or None.
+        travel: Lowest and highest position of the machine's axes that are bounded, each with its letter, mm or degrees (for programs that
+            ask for them).
         kinematics: How the rotary axes carry table or head (`cncgen.machine.kinematics.Kinematics`), or None.
         tips_alone: Whether a program may control the tool's point without `kinematics`: it is read as the path of the tip, which is
             no path of a machine's axes (G-code).
@@ -67,6 +69,7 @@ class ReadOptions:
     least_increment: float | None = None
     fastest_spindle: float | None = None
     kinematics: Kinematics | None = None
+    travel: tuple[tuple[str, float, float], ...] = ()
     save_parameters: Path | None = None
     include: tuple[Path, ...] = field(default=())
     block_delete: bool = True

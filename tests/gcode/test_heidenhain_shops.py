@@ -456,6 +456,19 @@ def test_repeats_that_a_parameter_counts(run: Run) -> None:
     assert ends(run, "Q3 = 2\nLBL 1\nL IX+1 FMAX\nCALL LBL 1 REP Q3/Q3") == [[1, 0, 0], [2, 0, 0], [3, 0, 0]]
 
 
+def test_a_program_asks_where_the_travel_ends(run: Run) -> None:
+    """ID230 is the "Traverse range", NR2 the negative and NR3 the positive limit switch, IDX the axis (TNC 640, "System data").
+
+    Programs of shops retract by it, and posts begin with ``FN 18: SYSREAD Q30 = ID230 NR3 IDX3`` and ``L ZQ30 R0 FMAX M91``.
+    """
+    body = "L X+1 Z-7 FMAX\nFN 18: SYSREAD Q30 = ID230 NR3 IDX3\nFN 18: SYSREAD Q31 = ID230 NR2 IDX3\nL ZQ30 R0 FMAX M91\nL Z+Q31 R0 FMAX M91"
+    known = ends(run, body, travel=(("X", -5.0, 5.0), ("Z", -500.0, 12.5)))
+    assert known == [[1, 0, -7], [1, 0, 12.5], [1, 0, -500]]
+    # Where the machine has no bounds, the way there is none, as with M140 MB MAX.
+    assert ends(run, body) == [[1, 0, -7]]
+    assert said(run, body) == [("warning", "travel-unknown")]
+
+
 COLUMN = [("warning", "variable-assumed")]
 
 

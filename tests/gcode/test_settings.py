@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 
@@ -43,3 +45,12 @@ def test_the_tables_of_a_machine_file_become_options(tmp_path: Path) -> None:
     assert (found.dialect, found.least_increment) == ("auto", 0.001)
     assert found.kinematics == Kinematics(0, (3, 5))
     assert options_on(load("generic-mill")) == ReadOptions(fastest_spindle=12_000.0)
+
+
+def test_the_travel_of_the_axes_becomes_an_option() -> None:
+    """In mm and degrees, as programs count, of bounded axes alone; its file says -500 to 500 mm of both axes."""
+    assert options_on(load("xy-table")).travel == (("X", -500.0, 500.0), ("Y", -500.0, 500.0))
+    machine = load("generic-mill")
+    turning = replace(machine.axes["A"], travel=(-math.pi / 2, math.pi))
+    found = options_on(replace(machine, axes={**machine.axes, "A": turning})).travel
+    assert found == (("A", pytest.approx(-90.0), pytest.approx(180.0)),)

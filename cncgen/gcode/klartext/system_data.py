@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from cncgen.gcode.block import AXES
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.units import INCH
 
-#: The data, by ID and NR: program, state of the machine, tool table, the values of TOOL CALL, position in the machine's and in the program's
-#: coordinates. The index of ID50 is the tool, of ID240 and ID270 the axis from 1 on (iTNC 530 HSCI technical manual, 9.5.4). Lengths are in
+#: The data, by ID and NR: program, state of the machine, tool table, the values of TOOL CALL, lower and upper end of travel ("Traverse range":
+#: negative and positive software limit switch), position in the machine's and in the program's coordinates. The index of ID50 is the tool,
+#: of ID230, ID240 and ID270 the axis from 1 on (iTNC 530 HSCI technical manual, 9.5.4). Lengths are in
 #: mm whatever the program's unit ("List of FN functions" of TNC 7).
 _STATE: dict[tuple[int, int], Callable[[Interpreter, int], float]] = {
     (10, 1): lambda ip, index: float(ip.state.inches),
@@ -27,10 +29,11 @@ _STATE: dict[tuple[int, int], Callable[[Interpreter, int], float]] = {
     (50, 2): lambda ip, index: _size(ip, index or ip.state.tool)[1],
     (60, 1): lambda ip, index: float(ip.state.tool),
     (60, 3): lambda ip, index: ip.state.speed,
+    (230, 2): lambda ip, index: _end_of_travel(ip, index, 1),
+    (230, 3): lambda ip, index: _end_of_travel(ip, index, 2),
     (240, 1): lambda ip, index: ip.machine_position()[index - 1] * (1.0 if 4 <= index <= 6 else _unit(ip)),
     (270, 1): lambda ip, index: ip.state.position[index - 1] * (1.0 if 4 <= index <= 6 else _unit(ip)),
 }
-_AXES = 9
 #: ID of the tool table, NR of its columns L, R, and of the last one that moves the tool (R2, DL, DR, DR2).
 _TABLE, _LENGTH, _RADIUS, _LAST_SIZE = 50, 1, 2, 6
 
@@ -50,15 +53,29 @@ def _size(ip: Interpreter, number: int) -> tuple[float, float]:
     return length * scale, diameter * scale / 2.0
 
 
+def _end_of_travel(ip: Interpreter, index: int, end: int) -> float:
+    """Return the lowest (1) or highest (2) machine position of an axis; where it is not known, the one that the axis has now."""
+    letter = AXES[index - 1].upper()
+    for bounds in ip.options.travel:
+        if bounds[0].upper() == letter:
+            return float(bounds[end])
+    message = (
+        f"where the travel of {letter} ends is not known here: FN 18 with ID230 reads where the axis stands"
+    )
+    hint = f"travel_mm of {letter} in the machine file gives it; a way to that place moves nothing"
+    ip.warn_once(BlockError("travel-unknown", message, "FN", hint=hint))
+    return _STATE[240, 1](ip, index)
+
+
 def read(ip: Interpreter, group: int, number: int, index: int) -> float:
     """Return the value of ID, NR and IDX; raise where the data are not available."""
     told = _STATE.get((group, number))
     if told is None and group == _TABLE:
         _warn_of_column(ip, number, "0 is read from it")
         return 0.0
-    if told is None or (group in (240, 270) and not 1 <= index <= _AXES):
+    if told is None or (group in (230, 240, 270) and not 1 <= index <= len(AXES)):
         message = f"FN 18 with ID{group} NR{number} IDX{index} is not read"
-        hint = "ID10, ID20 (tool, speed, feed), ID50 (length and radius of a tool), ID60, ID240 and ID270 (position) are"
+        hint = "ID10, ID20 (tool, speed, feed), ID50 (length and radius of a tool), ID60, ID230 (ends of travel), ID240 and ID270 (position) are"
         raise BlockError("unsupported-block", message, "FN", hint=hint)
     return told(ip, index)
 
