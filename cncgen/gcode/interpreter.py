@@ -202,6 +202,7 @@ class Interpreter:
             and state.plane in (17, 18, 19)
             and state.compensation == 40
             and not state.diameter
+            and not state.driven
             and (state.feed_mode != 95 or (state.speed > 0.0 and state.direction != 0))
             and self.guard is None
             and self.sink is self.base

@@ -57,6 +57,32 @@ def test_positions_told_to_a_macro_are_diameters() -> None:
     assert moves("G0 X40. Z5.\n#1=#5001-10.\nG0 X#1 Z#5003") == [(20, 5, 0), (15, 5, 0)]
 
 
+def test_h_is_a_distance_of_the_axis_c_and_marks_a_lathe() -> None:
+    """``G01Z-10.5H-375.0F7500`` of a shop's lathe, whose subprogram has no other sign; a number of a length offset is not negative."""
+    path, faults, program = outcome("G0 H-30.\nG1 Z-10. H-375. F7500\nG0 U2. H375.", dialect="auto")
+    assert faults == []
+    ends = path.end[path.kind != Kind.EVENT]
+    assert ends[:, [0, 2]].tolist() == [[0, 0], [0, -10], [1, -10]]
+    assert np.degrees(ends[:, 3]).tolist() == pytest.approx([-30, -405, -30])
+    assert "a distance H of the axis C" in next(d.message for d in program.diagnostics if d.code == "dialect")
+    assert "other-control" not in [d.code for d in program.diagnostics]
+
+
+def test_feeds_a_revolution_of_a_driven_tool() -> None:
+    """M113 S500 of a shop's lathe starts a driven tool while the spindle rests; its drilling was refused as one without a spindle."""
+    head = "G99 G97 S1200 M3\nG0 X40. Z5.\nM5\n"
+    path, faults, program = outcome(f"{head}M113 S500\nG1 X20. F0.1\nS600\nX10.\nM115\nX0.")
+    assert faults == []
+    assert path.feed[~np.isnan(path.feed)].tolist() == pytest.approx(
+        [0.1 * 500 / 60, 0.1 * 600 / 60, 0.1 * 600 / 60]
+    )
+    assert [d.code for d in program.diagnostics if d.code == "driven-tool"] == ["driven-tool"]
+    path, faults, _ = outcome(f"{head}M88 S500\nG1 X20. F0.1\nM3\nM5\nX10.")
+    assert faults == [("spindle-stopped", 10, 1)]
+    _, faults, _ = outcome(f"{head}M113\nG1 X20. F0.1")
+    assert faults == [("spindle-stopped", 7, 1)]
+
+
 def test_depths_of_a_dwell_and_a_reference_point_by_distances() -> None:
     path, faults, _ = outcome("G0 X40. Z5.\nG4 U1.5\nG4 X.5\nG28 U0 W0")
     assert faults == []

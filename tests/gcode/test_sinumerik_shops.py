@@ -624,6 +624,14 @@ def test_a_cycle_of_the_machines_builder_is_a_subprogram(run: Run) -> None:
     assert ends(run, text) == [[1, 2, 0]]
 
 
+def test_a_subprogram_whose_name_begins_as_a_step_of_shopmill_does(run: Run) -> None:
+    """A grinder's program calls its own F_TP_GRINDING_PARAMETERS(…); it was refused as a step, though its file was there."""
+    text = "DEF REAL HALF\nF_TP_SIZES(4,HALF)\nG0 X=HALF\nM30\n%_N_F_TP_SIZES_SPF\nPROC F_TP_SIZES(REAL ALL, VAR REAL PART)\nPART=ALL/2\nRET"
+    assert ends(run, text) == [[2, 0, 0]]
+    out = run("F_TP_SIZES(4)\nM30", dialect="sinumerik")
+    assert [(e[0], e[1]) for e in out.errors] == [("not-read", 1)]
+
+
 @pytest.mark.parametrize(
     ("dialect", "text", "at"),
     [

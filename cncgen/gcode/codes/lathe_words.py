@@ -124,7 +124,9 @@ def _corner(ip: Interpreter, block: Block, words: dict[str, float]) -> None:
 def _is_axis(ip: Interpreter, block: Block, words: dict[str, float]) -> bool:
     """Tell whether C of a line is the axis C, and say so once; a chamfer stands beside X or Z alone, where C was not moved before."""
     size = words["c"]
-    axis = "c" in ip.rotary or "h" in block.words or ("x" in words) == ("z" in words)
+    if "h" in block.words:
+        return True
+    axis = "c" in ip.rotary or ("x" in words) == ("z" in words)
     ip.base.block = block
     if axis:
         message, hint = f"C{size:g} of a line is the axis C", "a chamfer is ,C"

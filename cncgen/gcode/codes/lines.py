@@ -27,7 +27,7 @@ def check_feed(ip: Interpreter, block: Block, name: str) -> None:
         message = f"{name} with no feed rate: F was not given or is 0"
         raise BlockError("feed-missing", message, name, hint="add an F word")
     elif state.feed_mode == 95 and (
-        state.speed == 0.0 or (state.direction == 0 and not (state.rigid or ip.options.stand_alone))
+        state.speed == 0.0 or not (state.direction or state.driven or state.rigid or ip.options.stand_alone)
     ):
         message = f"{name} with feed per revolution (G95), but the spindle does not turn"
         raise BlockError("spindle-stopped", message, name)

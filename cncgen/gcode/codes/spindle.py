@@ -71,7 +71,7 @@ def set_speed(ip: Interpreter, block: Block) -> None:
     spindle = max(spindle_of(ip, block), 0)
     if spindle == 0:
         ip.state.speed = value
-        ip.sink.set_spindle(value, ip.state.direction)
+        ip.sink.set_spindle(value, ip.state.direction or ip.state.driven)
     ip.sink.call(f"SET_SPINDLE_SPEED({spindle}, {value:.4f})", _event(ip, False))
 
 
@@ -79,6 +79,7 @@ def _turn(ip: Interpreter, block: Block, direction: int) -> None:
     spindle = max(spindle_of(ip, block), 0)
     if spindle == 0:
         ip.state.direction = direction
+        ip.state.driven = False
         ip.sink.set_spindle(ip.state.speed, direction)
     ip.sink.call(f"{TURNS[direction]}({spindle})", _event(ip, True))
 

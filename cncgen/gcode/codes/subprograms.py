@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.table import BOTH, Code
 from cncgen.gcode.codes.tools import whole
@@ -41,6 +42,7 @@ def user(ip: Interpreter, block: Block) -> None:
     values = {letter: block.words[letter] for letter in "pq" if letter in block.words}
     number = block.m[0] // 10 if block.m else 0
     number = next((m // 10 for m in block.m if m in USER_CODES), number)
+    _start_driven(ip, block, f"M{number}")
     p, q = block.words.get("p", -1.0), block.words.get("q", -1.0)
     ip.sink.call(
         f"USER_DEFINED_FUNCTION_{number}({p:f}, {q:f})", Event("user", True, values={"m": number, **values})
@@ -57,12 +59,26 @@ def of_builder(number: int, words: str) -> Code:
 
     def run(ip: Interpreter, block: Block) -> None:
         tell_builders(ip, name)
+        _start_driven(ip, block, name)
         ip.sink.call(
             f"USER_DEFINED_FUNCTION_{number // 10}(-1.000000, -1.000000)",
             Event("user", True, values={"m": number // 10}),
         )
 
     return Code("M", number, name, Stage.USER, run, "the machine builder's: an event", words)
+
+
+def _start_driven(ip: Interpreter, block: Block, name: str) -> None:
+    """Have feeds per revolution count on S where it stands beside a code of the machine's builder while the spindle rests: of a driven tool."""
+    state = ip.state
+    if ip.dialect == "fanuc" and "s" in block.words and state.direction == 0 and state.speed > 0.0:
+        state.driven = True
+        ip.sink.set_spindle(state.speed, 1)
+        message = f"{name} beside S while the spindle rests is taken to start a driven tool: feeds per revolution count on its S{state.speed:g}"
+        ip.warn_once(
+            BlockError("driven-tool", message, name, hint="M3 or M4 before it starts the spindle"),
+            Severity.NOTE,
+        )
 
 
 def tell_builders(ip: Interpreter, name: str) -> None:

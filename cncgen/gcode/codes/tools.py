@@ -82,7 +82,7 @@ def change(ip: Interpreter, block: Block) -> None:
         raise repeated("t")
     state = ip.state
     ip.sink.call("START_CHANGE()")
-    state.direction = 0
+    state.direction, state.driven = 0, False
     ip.sink.set_spindle(state.speed, 0)
     ip.sink.call("STOP_SPINDLE_TURNING(0)")
     number = state.selected

@@ -12,7 +12,7 @@ from cncgen.gcode.codes import rotary_paths, tool_point
 from cncgen.gcode.codes.cutter_compensation import feed_along_contour
 from cncgen.gcode.codes.tools import table_offset
 from cncgen.gcode.errors import BlockError, refuse
-from cncgen.gcode.sinumerik import frame_variables, measuring, orientation, swivelling
+from cncgen.gcode.sinumerik import frame_variables, measuring, orientation, swivelling, unread_cycles
 from cncgen.gcode.sinumerik.expressions import Scalar, number
 from cncgen.records import replace
 from cncgen.toolpath.record import Event
@@ -75,10 +75,8 @@ def check_name(name: str) -> None:
     """Raise where a name is a command, or a step of ShopMill, that is not read."""
     if name in _NAMED_NOT_READ:
         raise not_read(name, _NAMED_NOT_READ[name])
-    if name[:2] in ("E_", "F_") and name[2:].isupper():
-        error = not_read(name, "a step of ShopMill or ShopTurn, or a subprogram that is not found")
-        error.hint = "write the step in G code with the cycles of docs/sinumerik.md; --include adds a folder of subprograms"
-        raise error
+    if unread_cycles.is_step(name):
+        raise unread_cycles.refused(name)
 
 
 def not_read(name: str, what: str = "") -> BlockError:

@@ -433,8 +433,8 @@ class Motions:
             (commands.CALLS.get(name) or _CYCLES[name])(self, name, parameters)
             if name in _CYCLES:
                 parameters.tell_beyond(self, name)
-        elif unread_cycles.is_cycle(name):
-            # A cycle of the machine's builder, or the user's, is a subprogram.
+        elif unread_cycles.is_cycle(name) or unread_cycles.is_step(name):
+            # A cycle of the machine's builder, or the user's, is a subprogram, and its name may begin as a step's does.
             try:
                 self.begin_call(name, arguments, times)
             except BlockError as error:

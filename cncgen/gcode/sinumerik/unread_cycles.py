@@ -36,8 +36,17 @@ def is_cycle(name: str) -> bool:
     return name.startswith(_BEGINNINGS)
 
 
+def is_step(name: str) -> bool:
+    """Tell whether a name has the form of a step of ShopMill or ShopTurn, as no command has it."""
+    return name[:2] in ("E_", "F_") and name[2:].isupper()
+
+
 def refused(name: str) -> BlockError:
-    """Return the error of a cycle that is not read."""
+    """Return the error of a cycle or a step that is not read."""
+    if is_step(name):
+        message = f"{name} (a step of ShopMill or ShopTurn, or a subprogram that is not found) is not read"
+        hint = "write the step in G code with the cycles of docs/sinumerik.md; --include adds a folder of subprograms"
+        return BlockError("not-read", message, name, hint=hint)
     what, instead = _KNOWN.get(name, ("of 802S and 802C" if name[0] == "L" and name[1] == "C" else "", ""))
     message = f"the cycle {name}{f' ({what})' if what else ''} is not read"
     hint = f"{instead}; " if instead else ""

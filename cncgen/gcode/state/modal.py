@@ -66,6 +66,7 @@ class State:
         feed_mode: 93, 94, 95.
         feed: F.
         speed, direction: Spindle: S in rev/min, 1 clockwise, -1, 0 at rest.
+        driven: An M code of the machine's builder has started a driven tool with S, while the spindle rests.
         constant_surface: Largest speed of G96 (0: none given), or None in G97.
         path_mode, tolerance: G61, G61.1, G64 P (None: not given).
         naive: Tolerance of G64 Q.
@@ -104,6 +105,7 @@ class State:
     feed: float = 0.0
     speed: float = 0.0
     direction: int = 0
+    driven: bool = False
     constant_surface: float | None = None
     path_mode: PathMode = PathMode.CONTINUOUS
     tolerance: float | None = None
