@@ -624,6 +624,25 @@ def test_a_cycle_of_the_machines_builder_is_a_subprogram(run: Run) -> None:
     assert ends(run, text) == [[1, 2, 0]]
 
 
+def test_an_end_without_a_beginning_counts_where_a_run_meets_it(run: Run) -> None:
+    """A grinder's cycle has an ENDIF that a GOTOF before it passes by; alarm 12640 is of what the control runs. It was refused."""
+    text = "G0 X1\nGOTOF AWAY\nENDIF\nAWAY: X2\nIF R1==0 GOTOF DONE\nENDIF\nDONE: X3\nM30"
+    assert ends(run, text) == [[1, 0, 0], [2, 0, 0], [3, 0, 0]]
+    assert fault(run, "IF R1==1 GOTOF DONE\nENDIF\nDONE: X3\nM30")[0] == "flow-unmatched"
+
+
+def test_signals_of_the_machine_count_as_zero(run: Run) -> None:
+    """$A_IN and the data of the PLC, $A_DBB, are the machine's; what the program sets of them is read back."""
+    text = "G0 X1\nIF $A_IN[3]==1 GOTOF AWAY\nX=4+$A_DBB[2]\n$A_DBB[2]=7 $A_OUT[1]=1\nX=$A_DBB[2]\nX=$A_OUT[1]+$A_INA[2]\nAWAY: X9\nM30"
+    assert ends(run, text) == [[1, 0, 0], [4, 0, 0], [7, 0, 0], [1, 0, 0], [9, 0, 0]]
+    told = [
+        d.message.split(" is ")[0]
+        for d in run(text, dialect="sinumerik").diagnostics
+        if d.code == "variable-assumed"
+    ]
+    assert told == ["$A_IN[3]", "$A_DBB[2]", "$A_INA[2]"]
+
+
 def test_a_subprogram_whose_name_begins_as_a_step_of_shopmill_does(run: Run) -> None:
     """A grinder's program calls its own F_TP_GRINDING_PARAMETERS(…); it was refused as a step, though its file was there."""
     text = "DEF REAL HALF\nF_TP_SIZES(4,HALF)\nG0 X=HALF\nM30\n%_N_F_TP_SIZES_SPF\nPROC F_TP_SIZES(REAL ALL, VAR REAL PART)\nPART=ALL/2\nRET"

@@ -247,7 +247,8 @@ def _connect(program: Program) -> Faults:
                 inner = f"; {open_lines[-1][0].upper()} is open" if open_lines else ""
                 message = f"{kind.upper()} has no {_CLOSES[kind].upper()} that it belongs to{inner}"
                 hint = f"{_CLOSES[kind].upper()} stands above, and what it holds is closed"
-                faults.append((line.here, BlockError("flow-unmatched", message, kind.upper(), hint=hint)))
+                # The control meets it where a run does: builders' programs have some that a jump passes by.
+                line.fault = BlockError("flow-unmatched", message, kind.upper(), hint=hint)
                 continue
             _, begin = open_lines.pop()
             program.other[begin] = at

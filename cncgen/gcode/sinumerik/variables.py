@@ -16,6 +16,8 @@ from cncgen.gcode.sinumerik.expressions import IS_FILE, Scalar, number
 MOST_R = 32_767
 #: Outputs of the control and data of its PLC, which move nothing.
 _OUTPUTS = frozenset(("$A_OUT", "$A_OUTA", "$A_DBB", "$A_DBW", "$A_DBD", "$A_DBR"))
+#: What the machine tells the program: its inputs.
+_INPUTS = frozenset(("$A_IN", "$A_INA", "$A_INCO"))
 #: The axes of the plane in force, and the one across it.
 _PLANE_AXES = ("$P_AXN1", "$P_AXN2", "$P_AXN3")
 #: Times and counters that run on the control.
@@ -65,6 +67,8 @@ class Store:
         self.scopes: list[dict[str, Variable]] = [{}]
         #: Where the last motion with MEAS ended, in the program's coordinates and in the machine's.
         self.touched: tuple[list[float], list[float]] | None = None
+        #: What the program has set of the outputs and of the data that it shares with the PLC, by name and number.
+        self._sent: dict[tuple[str, Scalar], Scalar] = {}
 
     def define(self, kind: str, name: str, bounds: tuple[int, ...], values: list[Scalar]) -> None:
         """Define a variable of the program in progress."""
@@ -135,6 +139,8 @@ class Store:
 
     def set_value(self, name: str, indices: list[Scalar], value: Scalar) -> None:
         """Set a variable."""
+        if name in _OUTPUTS and len(indices) == 1:
+            self._sent[name, indices[0]] = value
         if name in _COUNTERS or name in _OUTPUTS:
             return
         if tool_data.names(name):
@@ -167,6 +173,8 @@ class Store:
             hint = "check what the program does with it"
             self.ip.warn_once(BlockError("counter-stands", message, name, hint=hint))
             return 0.0
+        if (name in _INPUTS or name in _OUTPUTS) and len(indices) == 1:
+            return self._signal(name, indices[0])
         if tool_data.names(name):
             return self.tools.value(name, indices)
         if name == "$P_GG" and len(indices) == 1:
@@ -185,3 +193,13 @@ class Store:
             hint = f"read are {', '.join([*_PLACES, *_PLANE_AXES, *plain])}, $P_GG, $P_UIFR, $TC_DP"
             raise BlockError("variable-unknown", f"the system variable {name} is not read", name, hint=hint)
         return plain[name]
+
+    def _signal(self, name: str, index: Scalar) -> Scalar:
+        """Return an input of the machine, or what the program has set of an output or of the data of the PLC."""
+        if (name, index) not in self._sent:
+            self._sent[name, index] = 0.0
+            at = f"{name}[{index:g}]" if isinstance(index, float) else name
+            message = f"{at} is a signal of the machine or its PLC, which is not known here: it counts as 0"
+            hint = f"check what the program does where {at} is not 0"
+            self.ip.warn_once(BlockError("variable-assumed", message, name, hint=hint))
+        return self._sent[name, index]

@@ -325,7 +325,7 @@ BARE = (
           rb"^(?![^\n]*[YVPQ])(?![^\n]*G(?:0?4|10|28|30|50|92|7\d)(?!\d))(?:[^\n]*[XZ]" + _V + rb"[^\nXZUW]*[UW]|[^\n]*[UW]"
           + _V + rb"[^\nXZUW]*[XZ])" + _V, b"U", b"W"),
     _sign("a distance H of the axis C", {_T: 8, _B: 0, _C: 0},
-          rb"^(?:N\d+)?(?:G0?[01](?!\d))?(?:G9[89](?!\d))?(?:[XZUW]" + SIGNED + rb")*H(?:-\d|\d+\.)", b"H"),
+          rb"^(?:G0?[01](?!\d))?(?:G9[89](?!\d))?(?:[XZUW]" + SIGNED + rb")*H(?:-|" + _WITH_POINT + rb")", b"H"),
     _sign("surface speed by G96", {_T: 3, _L: 1}, _W + rb"G96S", b"G96"),
 )  # fmt: skip
 #: What feeds and their modes say, in bare blocks.
