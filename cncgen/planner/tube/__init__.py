@@ -12,6 +12,7 @@ window_judge     whether it holds limits at and between its nodes, and meets its
 handing          trajectories: improved stretches, and stretches that stand as they were
 window_rounds    rounds of a window's search, each with less room where the one before left the tolerance
 window_search    the search of one window after the other; the first rounds of the next two are made in another thread meanwhile
+row_runs         rows that are planned together: their nodes, and where on them a motion is
 stream           runs all of this, window by window
 """
 
