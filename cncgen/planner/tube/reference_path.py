@@ -9,14 +9,17 @@ from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
 from cncgen.geometry.path import Path
-from cncgen.planner.motion import motion_at
+from cncgen.planner.motion import motion_at, time_at
 from cncgen.planner.record import Profile, Trajectory
+from cncgen.toolpath.record import Toolpath
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 #: Growth of the way between samples from the ends of a piece of constant jerk inwards.
 _GROWTH = 0.05
+#: Rounding within which the plan meets a place exactly, mm.
+EXACT = 1e-7
 #: Half of the chord that stands for a tangent, mm.
 _BESIDE = 1e-4
 
@@ -85,7 +88,8 @@ class Reference:
         if not len(profile) or profile.s[-1] <= profile.s[0]:
             return
         path = trajectory.toolpath.path
-        found = self._samples(profile, path)
+        found = self._samples(profile, trajectory.toolpath)
+        self._free, self._s = float(found.free[-1]), float(found.s[-1])
         self._paths.append((float(found.s[0]), float(found.s[-1]), float(profile.s[0]), path, profile))
         held = self.grid if self.grid is not None else found.rows(slice(0))
         if self._room is None or self._end + len(found) > len(self._room):
@@ -103,7 +107,40 @@ class Reference:
         while len(self._paths) > 1 and self._paths[0][4].t[-1] < self.grid.t[0] - self.kept_s:
             self._paths.pop(0)
 
-    def _samples(self, profile: Profile, path: Path) -> Grid:
+    def _samples(self, profile: Profile, toolpath: Toolpath) -> Grid:
+        """Return the samples of a trajectory, sharp corners among them."""
+        t, piece = self._times(profile)
+        grid = self._sampled(profile, toolpath.path, t, piece)
+        corners = self._missed(grid, profile, toolpath)
+        if not len(corners):
+            return grid
+        more = time_at(profile, corners)
+        t = np.concatenate([t, more])
+        piece = np.concatenate([piece, np.searchsorted(profile.t, more, side="right") - 1])
+        order = np.lexsort((t, piece))
+        return self._sampled(profile, toolpath.path, t[order], piece[order])
+
+    def _missed(self, grid: Grid, profile: Profile, toolpath: Toolpath) -> Floats:
+        """Return where on their path joints of rows lie further off the chords between samples than the bend there explains.
+
+        A corner that setpoints do not show is passed without a rest, a way to its tip and back as well.
+        """
+        s, points = np.asarray(toolpath.path.row_s)[1:-1], toolpath.end[:-1] * self.scale
+        at = grid.s - self._s + profile.s[0]
+        i = np.clip(np.searchsorted(at, s, side="right") - 1, 0, len(at) - 2)
+        way = at[i + 1] - at[i]
+        inside = (s > at[i]) & (s < at[i + 1])
+        part = np.where(inside, (s - at[i]) / np.where(inside, way, 1.0), 0.0)[:, None]
+        off = np.abs(points - grid.x[i] - part * (grid.x[i + 1] - grid.x[i])).max(axis=1, initial=0.0)
+        bent = (
+            np.maximum(grid.bend[i], grid.bend[i + 1])
+            * (np.maximum(grid.rate[i], grid.rate[i + 1]) * way) ** 2
+        )
+        out: Floats = np.unique(s[inside & (off > np.maximum(EXACT, bent))])
+        return out
+
+    def _times(self, profile: Profile) -> tuple[Floats, Ints]:
+        """Return times at which a trajectory is sampled, and the piece of its profile that each belongs to."""
         piece = np.diff(profile.t)
         waits = profile.waits
         half = 0.5 * piece
@@ -125,7 +162,11 @@ class Reference:
         t = np.concatenate([t, profile.t[:-1][waits], profile.t[-1:]])
         which = np.concatenate([index, np.flatnonzero(waits), [len(piece)]])
         order = np.lexsort((t, which))
-        t, which = t[order], which[order]
+        return t[order], which[order]
+
+    def _sampled(self, profile: Profile, path: Path, t: Floats, which: Ints) -> Grid:
+        """Return the samples at times in pieces of a profile."""
+        piece, waits = np.diff(profile.t), profile.waits
         at = motion_at(profile, t)
         waited = np.concatenate([[0.0], np.cumsum(np.where(waits, piece, 0.0))])
         free = t - waited[which] - profile.t[0]
@@ -138,9 +179,7 @@ class Reference:
         unit = x1 / safe[:, None]
         along = (x2 * unit).sum(axis=1)
         bend = np.sqrt(np.maximum((x2**2).sum(axis=1) - along**2, 0.0)) / safe**2
-        grid = Grid(t, self._free + free, self._s + (at.s - profile.s[0]), x0, unit, bend, at.v * rate, rate)
-        self._free, self._s = float(grid.free[-1]), float(grid.s[-1])
-        return grid
+        return Grid(t, self._free + free, self._s + (at.s - profile.s[0]), x0, unit, bend, at.v * rate, rate)
 
     def at(self, s: Floats, side: int) -> tuple[Floats, Floats]:
         """Return position and unit tangent over all axes at places of the path, shape (k, n) each, scaled."""

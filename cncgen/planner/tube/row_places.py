@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from cncgen.kernels import tube_places
 from cncgen.planner.tube.programmed import Programmed
-from cncgen.planner.tube.reference_path import Reference
+from cncgen.planner.tube.reference_path import EXACT, Reference
 from cncgen.planner.tube.window_judge import REST
 
 Floats = NDArray[np.float64]
@@ -19,8 +19,6 @@ _HARDLY = 0.1
 #: The plan is within this part of the tolerance that is planned with of where rows begin, in order. With more, it would come near a corner
 #: of rows that fold, and leave it, before it comes near the one before.
 _NEAR = 1.02
-#: Rounding within which the plan meets a place exactly, mm.
-_EXACT = 1e-7
 #: Rows that are dropped at once, at least.
 _DROPPED = 256
 
@@ -68,8 +66,8 @@ class RowPlaces:
             s = np.concatenate([self.between(self.program.base, self.stop), s])
             length = np.concatenate([[0.0], self.program.column("length")[: len(known)], length[1:]])
         upto = np.cumsum(length)
-        same = np.abs(points[:-1] - points[-1]).max(axis=1, initial=0.0) <= 4.0 * _EXACT
-        short = s[-1] - s[:-1] < _HARDLY * (upto[-1] - upto[:-1] - 2.0 * _EXACT)
+        same = np.abs(points[:-1] - points[-1]).max(axis=1, initial=0.0) <= 4.0 * EXACT
+        short = s[-1] - s[:-1] < _HARDLY * (upto[-1] - upto[:-1] - 2.0 * EXACT)
         return bool((same & short).any())
 
     def match(self, last: bool) -> None:
@@ -83,9 +81,9 @@ class RowPlaces:
         points = np.concatenate([program.column("start")[have:], program.column("end")[-1:]])
         # Where rows meet the plan is within the tolerance of either.
         both = np.minimum(np.append(tolerance, np.inf), np.concatenate([[np.inf], tolerance]))[have:]
-        # The plan is hardly shorter than the rows.
+        # The plan is hardly shorter than the rows; it cuts off corners within the tolerance of either row.
         length = np.concatenate([[0.0], program.column("length")])[have:]
-        least = np.maximum(_AS_LONG * length - 8.0 * both, 0.0)
+        least = np.maximum(_AS_LONG * length - 8.0 * np.append(np.inf, tolerance)[have:], 0.0)
         if not have:
             least[0] = 0.0
             self.reached = float(grid.s[0])
@@ -95,7 +93,7 @@ class RowPlaces:
         leaving = np.zeros(len(points), np.int64)
         # The plan meets some places exactly: in a room that is larger than the path any other place would be near as well.
         rest, met = (np.append(program.column(name), last)[have:].astype(np.int8) for name in ("rest", "met"))
-        within = np.where(met > 0, _EXACT + 8.0 * np.spacing(np.abs(points).max()), _NEAR * both + 1e-6)
+        within = np.where(met > 0, EXACT + 8.0 * np.spacing(np.abs(points).max()), _NEAR * both + 1e-6)
         still = (grid.v[begin:] <= REST).astype(np.int8)
         if last:
             # The end is no other rest: a circle within the tolerance begins at that place.
@@ -114,7 +112,7 @@ class RowPlaces:
         s = grid.s[at] + (place[:found] - at) * (grid.s[np.minimum(at + 1, len(grid) - 1)] - grid.s[at])
         # Places that the plan meets exactly are samples of it: there it may rest, and time be no function of the place.
         for i in (at, np.minimum(at + 1, len(grid) - 1)):
-            exact = np.abs(grid.x[i] - points[:found]).max(axis=1, initial=0.0) < _EXACT
+            exact = np.abs(grid.x[i] - points[:found]).max(axis=1, initial=0.0) < EXACT
             s = np.where(exact, grid.s[i], s)
         # So are the ends of runs.
         free = np.concatenate([[False], program.column("free"), [False]]).astype(bool)
@@ -122,7 +120,7 @@ class RowPlaces:
         ends = ends[have : have + found]
         s[ends] = grid.s[at[ends] + (place[:found][ends] - at[ends] > 0.5)]
         s = np.maximum.accumulate(np.maximum(s, start))
-        short = np.diff(s, prepend=start) < _HARDLY * (length[:found] - 2.0 * _EXACT)
+        short = np.diff(s, prepend=start) < _HARDLY * (length[:found] - 2.0 * EXACT)
         for i in np.flatnonzero((rest[:found] == 1) & short):
             if self._mistaken(points[: i + 1], s[: i + 1], length[: i + 1]):
                 found, self._lost = int(i), True

@@ -634,6 +634,37 @@ def test_a_dwell_behind_a_tiny_row_is_found_on_the_plan() -> None:
     assert found[1]["motion_time_s"] == pytest.approx(found[0]["motion_time_s"], rel=1e-4)
 
 
+def _windows(text: str, on: Machine) -> int:
+    """Return how many windows are searched."""
+    chunks, summary = cncgen.plan_with_summary(cncgen.read_text(text), on)
+    for _ in chunks:
+        pass
+    return int(summary.as_json().get("tolerance_windows", 0))
+
+
+def test_a_tip_that_setpoints_do_not_show_is_found_on_the_plan() -> None:
+    # The plan passes the way of 2.5 nm in Z without a rest, and samples of it lie on either side: from there on no row was found.
+    quick = replace(machine(5000.0, 3.8e7, 9.4e10), period_s=1.1e-4, chord_tolerance_mm=9.5e-4)
+    head = ["G21 G90 G94 F6000 G61.1", "G1 Y3.8", "Z0.0000025", "X0.01 Y3.81"]
+    assert _windows("\n".join([*head, "G64 P0.05", "X2 Y1", "X4 Y0", "X6 Y1", "M2", ""]), quick) > 0
+
+
+def test_a_short_row_before_an_exact_one_may_lose_most_of_its_length_at_its_start() -> None:
+    # The plan cuts the sharp corner off by P, and meets the start of the exact row within nothing: the row between is as long as P.
+    rows = [
+        "G64 P0.04",
+        "G1 X5 Y0",
+        "X4.974 Y0.029",
+        "G61",
+        "X5.889 Y1.808",
+        "G64 P0.04",
+        "X0 Y4",
+        "X4 Y8",
+        "X0 Y10",
+    ]
+    assert _windows("\n".join(["G21 G90 G94 F6000", *rows, "M2", ""]), machine()) > 0
+
+
 def test_runs_from_rest_to_rest_are_searched_before_their_turn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of 40 pockets, with rapids between them, all but the first ones are; the motion is that of searches in turn."""
     mill = cncgen.load_machine("generic-mill")
