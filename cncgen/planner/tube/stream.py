@@ -230,8 +230,9 @@ class Tube:
     def _final(self, nodes: Nodes) -> int:
         """Return the number of nodes of a window after which its end is not felt."""
         count, end = len(nodes), float(nodes.t[-1])
-        bounds = self.search.bounds.within(nodes.allowed.max())
-        felt = np.searchsorted(nodes.t, end - bounds.felt(float(nodes.feed[-OVERLAP:].max())))
+        feed = float(nodes.feed[-OVERLAP:].max())
+        bounds = self.search.bounds.within(float(nodes.allowed.max()), feed)
+        felt = np.searchsorted(nodes.t, end - bounds.felt(feed))
         return int(np.clip(felt, max(count - OVERLAP, count // 3), count - 1))
 
     def _fastest(self, run: RowRun, window: Window) -> tuple[Solved | None, bool]:

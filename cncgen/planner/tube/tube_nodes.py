@@ -40,6 +40,8 @@ _SLIGHT = 0.15
 _GOES_BACK = 1.42
 #: Chords at corners have room where these turn by more, rad, and chords may be off the motion by more than this part of the tolerance.
 _BOWED, _SAGS = 1e-3, 0.004
+#: Chords have room at all nodes where they may be off by more than this part of it.
+_BENDS = 0.1
 #: Part of the room at which the plan is where it would be outside.
 _TAKEN = 0.9
 #: Where joints are so many times as far apart as the plan goes between them, it cuts off what lies there; nodes that the motion has on it.
@@ -141,10 +143,14 @@ class Scales:
         """Return a speed with which strong axes pass any corner, mm/s."""
         return 2.0 * float(elementary.cbrt(tolerance**2 * self.jerk))
 
-    @property
-    def sagitta(self) -> float:
-        """How far from the motion the middle of a chord between setpoints may be, by the acceleration of one axis, mm."""
-        return self.acceleration * self.period_s**2 / 8.0
+    def sagitta(self, feed: Floats) -> Floats:
+        """Return how far from the motion the middle of a chord between setpoints may be, mm, by the acceleration that one axis may come to.
+
+        With full jerk the speed changes from the feed (mm/s, any shape) one way to that the other way.
+        """
+        most = np.minimum(self.acceleration, np.sqrt(2.0 * feed * self.jerk))
+        out: Floats = most * self.period_s**2 / 8.0
+        return out
 
 
 def borders_of(program: Programmed, first: int, places: Floats, speed: Floats, scales: Scales) -> Bools:
@@ -421,7 +427,7 @@ def _rooms(
     band = centre, direction, radius, allowed, np.zeros(len(node))
     _about_skipped(program, own, places, node, band)
     sharp, *bands = _at_corners(program, own, vertex, found, band)
-    bowed, chords = _of_chords(program, own, vertex, found, tangent, scales)
+    bowed, chords = _of_chords(program, own, vertex, found, tangent, band, scales)
     key = np.argsort(np.concatenate([np.arange(len(node)), sharp, sharp, bowed]), kind="stable")
     centres, directions, radii, tolerances, chord = (
         np.concatenate(each)[key] for each in zip(band, *bands, chords, strict=True)
@@ -489,23 +495,30 @@ def _at_corners(
 
 
 def _of_chords(
-    program: Programmed, own: slice, vertex: Ints, found: Ints, tangent: Floats, scales: Scales
+    program: Programmed, own: slice, vertex: Ints, found: Ints, tangent: Floats, band: _Band, scales: Scales
 ) -> tuple[Ints, _Band]:
-    """Return the nodes at corners, and the room of chords there: that about the corner, across the way where this does not turn back.
+    """Return the nodes where chords have room, and that room: at corners that about the corner, across the way where this does not turn
+    back, elsewhere that of the node.
 
     There are none where chords are so near the motion that judging it tells enough.
     """
-    start, entry, leave, tolerance = (
-        program.column(name)[own] for name in ("start", "entry", "leave", "tolerance")
+    start, entry, leave, tolerance, feed = (
+        program.column(name)[own] for name in ("start", "entry", "leave", "tolerance", "feed")
     )
+    off = scales.sagitta(feed)[found] / scales.part
     corner = np.flatnonzero((vertex >= 0) & (found + 1 < len(tolerance)))
     before, after = found[corner], found[corner] + 1
     narrow = np.minimum(tolerance[before], tolerance[after])
     turn = np.sqrt(((entry[after] - leave[before]) ** 2).sum(axis=1))
-    bowed = (turn >= _BOWED) & (scales.sagitta > _SAGS * scales.part * narrow)
+    bowed = (turn >= _BOWED) & (off[corner] > _SAGS * narrow)
     way = np.where((turn > _GOES_BACK)[:, None], 0.0, tangent[corner])[bowed]
     room = narrow[bowed]
-    return corner[bowed], (start[after[bowed]], way, room, room, np.ones(len(room)))
+    corner, after = corner[bowed], after[bowed]
+    about = start[after], way, room, room
+    beside = np.setdiff1d(np.flatnonzero(off > _BENDS * band[3]), corner)
+    both = [np.concatenate([each, other[beside]]) for each, other in zip(about, band[:4], strict=True)]
+    node = np.concatenate([corner, beside])
+    return node, (both[0], both[1], both[2], both[3], np.ones(len(node)))
 
 
 def _left(program: Programmed, own: slice, row: Ints, part: Floats) -> Floats:

@@ -21,6 +21,8 @@ Ints = NDArray[np.int64]
 
 #: The way that a stop takes, in time of the reference, over which the end of a window is felt: a multiple of v/A + A/J.
 _FELT = 1.2
+#: A limit counts as this multiple, at most, of what a motion may come to.
+_BEYOND = 2.0
 #: By how much more than it is too much room is narrowed where the motion leaves the tolerance between nodes.
 _MORE = 1.1
 #: Part of a window from which on all of it is searched again.
@@ -55,10 +57,18 @@ class Bounds:
     jerk: Floats
     period_s: float
 
-    def within(self, tolerance: float) -> Bounds:
-        """Return those of a motion that chords between setpoints can keep within a tolerance."""
+    def within(self, tolerance: float, feed: float) -> Bounds:
+        """Return those of a motion that chords between setpoints can keep within a tolerance, at a feed that bounds linear axes.
+
+        A limit that no such motion comes near is a multiple of the most that one may come to: the search counts in limits.
+        """
         most = tolerance / (SHOWN * self.period_s) ** 3
-        return replace(self, jerk=np.where(np.isfinite(self.jerk), np.minimum(self.jerk, most), np.inf))
+        jerk = np.where(np.isfinite(self.jerk), np.minimum(self.jerk, most), np.inf)
+        linear = np.arange(len(self.velocity)) < 3
+        velocity = np.where(linear, np.minimum(self.velocity, _BEYOND * feed), self.velocity)
+        # With full jerk the speed changes from the limit one way to that the other way.
+        acceleration = np.minimum(self.acceleration, _BEYOND * np.sqrt(2.0 * velocity * jerk))
+        return replace(self, velocity=velocity, acceleration=acceleration, jerk=jerk)
 
     def felt(self, feed: float) -> float:
         """Return the time over which the end of a window has influence, at a feed that bounds linear axes."""
@@ -125,7 +135,8 @@ class Rounds:
         """
         nodes = window.nodes
         self.window, self.goal, self.allowed = window, goal, allowed
-        self.bounds = bounds.within(allowed.max())
+        fastest = max(nodes.feed.max(), np.abs(window.state[1]).max(), np.abs(goal[1]).max())
+        self.bounds = bounds.within(float(allowed.max()), float(fastest))
         self.columns = moving(window.state, nodes)
         self.number, self.units, self.exact, self.changed, self.early = -1, 0, False, False, False
         self.tangent, self.bounded = nodes.tangent, False

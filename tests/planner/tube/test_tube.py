@@ -411,6 +411,40 @@ def test_more_jerk_than_setpoints_can_follow_takes_no_longer(step: float) -> Non
     assert max(seconds) <= 1.001 * seconds[0]
 
 
+@pytest.mark.parametrize(("order", "factor"), [(0, 100.0), (0, 1000.0), (1, 1000.0), (1, 1e5)])
+def test_a_limit_that_no_motion_comes_near_changes_nothing(order: int, factor: float) -> None:
+    """Nodes are met to a part of the limits: with axes of 25 m/s at a feed of 20 mm/s some windows found no motion, with 250 m/s none."""
+    rows = [f"G1 X{2 * k} Y{3 * (k % 2)}" for k in range(1, 9)]
+    text = "\n".join(["G21 G90 G94 G64 P0.01 F1200", *rows, "M2", ""])
+    # Full jerk from the feed one way to the feed the other way ends at √(2 · 20 mm/s · J), 1400 mm/s².
+    limits = [V, A, J]
+    usual, _ = planned(text, machine(*limits))
+    limits[order] *= factor
+    seconds, broken = planned(text, machine(*limits))
+    assert not broken
+    assert seconds == pytest.approx(usual, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("radius", "tolerance", "period"), [(0.05, 2e-4, 1e-3), (0.5, 1e-3, 1e-3), (2.0, 1e-3, 2e-3)]
+)
+def test_a_circle_is_passed_as_fast_as_chords_between_setpoints_allow(
+    radius: float, tolerance: float, period: float
+) -> None:
+    """Setpoints are outside by P and the middle of the chords between them inside by P: v = √(16 P R)/T. The turns took 1.4 times that.
+
+    Beside it are the start and the end, and the room that is kept for what lies between nodes.
+    """
+    turns = 8
+    head = ["(START, X0 Y0)", f"G21 G90 G94 G17 G64 P{tolerance} F60000"]
+    text = "\n".join([*head, *[f"G3 X0 Y0 I{radius} J0"] * turns, "M30", ""])
+    on = replace(machine(1000.0, 1e5, 1e8), period_s=period, chord_tolerance_mm=tolerance)
+    seconds, broken = planned(text, on)
+    assert not broken
+    least = 2.0 * np.pi * radius * turns * period / np.sqrt(16.0 * tolerance * radius)
+    assert 0.99 < seconds / least < 1.04
+
+
 @pytest.mark.parametrize("back", [1, -1])
 def test_corners_that_chords_cut_off_take_hardly_more_than_without_chords(back: int) -> None:
     """A star of 1 mm at P 1 µm and 2 ms, whose chords are up to 1.7 µm off the motion: direct multiple shooting (IPOPT) without
