@@ -57,6 +57,21 @@ def test_positions_told_to_a_macro_are_diameters() -> None:
     assert moves("G0 X40. Z5.\n#1=#5001-10.\nG0 X#1 Z#5003") == [(20, 5, 0), (15, 5, 0)]
 
 
+def test_a_profile_of_rounded_places_goes_on_along_z() -> None:
+    """An arc of a shop's shaft ends 1 um past where it turns back along Z; it was refused. FANUC has an allowance, parameter 5145."""
+    profile = "N1 G0 X0 Z0.1\nG1 Z0\nG3 X11.423 Z-12.361 R7.5\nG2 X12.947 Z-14.009 R1.\nG1 X21.592\nN2 X52."
+    path = moves(f"G0 X50. Z5.\nG71 U1. R1.\nG71 P1 Q2 U0 W0 F0.2\n{profile}")
+    assert min(x for x, _, feed in path if feed) == pytest.approx(0.0)
+    assert min(z for _, z, feed in path if feed) == pytest.approx(-14.009)
+
+
+def test_a_tool_change_leaves_the_spindle_of_a_lathe_turning() -> None:
+    """M6 stops the spindle in which the tool stands, and that of a lathe holds the part."""
+    path, faults, _ = outcome("G99\nG0 X50. Z5.\nT0202 M6\nG1 Z0 F0.1")
+    assert faults == []
+    assert path.feed[~np.isnan(path.feed)].tolist() == pytest.approx([0.1 * 1000 / 60])
+
+
 def test_h_is_a_distance_of_the_axis_c_and_marks_a_lathe() -> None:
     """``G01Z-10.5H-375.0F7500`` of a shop's lathe, whose subprogram has no other sign; a number of a length offset is not negative."""
     path, faults, program = outcome("G0 H-30.\nG1 Z-10. H-375. F7500\nG0 U2. H375.", dialect="auto")

@@ -624,6 +624,18 @@ def test_a_cycle_of_the_machines_builder_is_a_subprogram(run: Run) -> None:
     assert ends(run, text) == [[1, 2, 0]]
 
 
+def test_a_tool_change_under_g96_leaves_the_spindle_turning(run: Run) -> None:
+    """A lesson's shaft: T2 D1 M6 stands before CYCLE95, whose feed per revolution was no number. A cycle with the spindle at rest is told."""
+    head = "G18 DIAMON G90\nLIMS=2500\nT1 D1 M6\nG96 S250 F0.1 M4\nG0 X40 Z5\n"
+    tail = 'CYCLE95("WAY",1,0,0,0,0.1,0.05,0.05,5,0,0,0)\nM30\n%_N_WAY_SPF\nG0 X10 Z2\nG1 Z-5\nX30 Z-15\nX40\nM17'
+    out = run(f"{head}T2 D1 M6\n{tail}", dialect="sinumerik")
+    assert out.errors == []
+    feeds = out.path.feed[out.path.feed_mode == 0]
+    assert len(feeds)
+    assert (feeds[np.isfinite(feeds)] > 0).tolist() == [True] * len(feeds)
+    assert fault(run, f"{head}M5\n{tail}")[0] == "spindle-stopped"
+
+
 def test_an_end_without_a_beginning_counts_where_a_run_meets_it(run: Run) -> None:
     """A grinder's cycle has an ENDIF that a GOTOF before it passes by; alarm 12640 is of what the control runs. It was refused."""
     text = "G0 X1\nGOTOF AWAY\nENDIF\nAWAY: X2\nIF R1==0 GOTOF DONE\nENDIF\nDONE: X3\nM30"

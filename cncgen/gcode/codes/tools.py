@@ -82,9 +82,12 @@ def change(ip: Interpreter, block: Block) -> None:
         raise repeated("t")
     state = ip.state
     ip.sink.call("START_CHANGE()")
-    state.direction, state.driven = 0, False
-    ip.sink.set_spindle(state.speed, 0)
-    ip.sink.call("STOP_SPINDLE_TURNING(0)")
+    # The tool of a lathe does not stand in the spindle, and LinuxCNC stops it all the same.
+    turns = ip.system != "linuxcnc" and (ip.lathe or state.constant_surface is not None)
+    if not turns:
+        state.direction, state.driven = 0, False
+        ip.sink.set_spindle(state.speed, 0)
+        ip.sink.call("STOP_SPINDLE_TURNING(0)")
     number = state.selected
     put_in(ip, number)
     ip.sink.call(f"CHANGE_TOOL({ip.tools.place_of(number)})", Event("tool", True, values=_sizes(ip, number)))

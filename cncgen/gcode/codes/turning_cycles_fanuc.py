@@ -32,7 +32,7 @@ from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import IS_TURNING, PROFILE, Code
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.codes.turning_cycles import Lathe
-from cncgen.gcode.codes.turning_profiles import MAX_CUTS, TINY, Segment, check_cuts, recording
+from cncgen.gcode.codes.turning_profiles import MAX_CUTS, ROUNDED, TINY, Segment, check_cuts, recording
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import PLAIN_MOTIONS, Stage
@@ -138,10 +138,10 @@ def _contour(
         travel, height = (way.imag, above.real) if swap else (way.real, above.imag)
         across = complex(_sign(travel), _sign(height))
         path = [segment.seen(across, swap) for segment in profile]
-        if all(segment.advances() and segment.rises() for segment in path):
+        if all(segment.advances(ROUNDED) and segment.rises() for segment in path):
             break
     else:
-        if both and all(segment.advances() for segment in path):
+        if both and all(segment.advances(ROUNDED) for segment in path):
             left_out = 0
         elif both:
             message = f"the profile of {name} goes back along {'X' if swap else 'Z'}"

@@ -34,6 +34,8 @@ MAX_MOVES = 10_000
 MAX_CUTS = 100_000
 #: Lengths below this are nothing.
 TINY = 1e-9
+#: How far an arc that ends where it turns back may lead past its end, since programs round their places (program units; FANUC has parameter 5145).
+ROUNDED = 1e-3
 #: A profile that turns by less than this (rad) goes on smoothly; any larger turn has its corner, as LinuxCNC's turning cycles have it.
 _SMOOTH = 1e-9
 #: How far along the travel an arc around an outside corner leads at least (program units; measured on LinuxCNC's
@@ -133,10 +135,10 @@ class Segment:
             points += [p for k in range(4) if self.holds(p := self.centre + self.radius() * 1j**k)]
         return points
 
-    def advances(self) -> bool:
-        """Tell whether the segment never goes back along the travel."""
+    def advances(self, slack: float = TINY) -> bool:
+        """Tell whether the segment never goes back along the travel, but for `slack`."""
         places = [p.real for p in self.extremes()]
-        return min(places) >= self.start.real - TINY and max(places) <= self.end.real + TINY
+        return min(places) >= self.start.real - slack and max(places) <= self.end.real + slack
 
     def rises(self) -> bool:
         """Tell whether the segment never goes down."""

@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, NamedTuple
 from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.lathe_fanuc import Turning
 from cncgen.gcode.codes.leads import lead_arc, lead_line
+from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.steps import levels_of
 from cncgen.gcode.codes.turning_cycles import Lathe
 from cncgen.gcode.codes.turning_cycles_fanuc import levels
-from cncgen.gcode.codes.turning_profiles import Segment, backwards, check_cuts, moved_aside
+from cncgen.gcode.codes.turning_profiles import ROUNDED, Segment, backwards, check_cuts, moved_aside
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.sinumerik.arcs import follow
 from cncgen.gcode.sinumerik.cycle_modes import MillingModes
@@ -213,7 +214,7 @@ class _Cuts:
         travel = (high - low).imag if swap else (high - low).real
         across = complex(math.copysign(1.0, travel), outwards)
         path = [segment.seen(across, swap) for segment in contour]
-        returns = not all(segment.advances() for segment in path)
+        returns = not all(segment.advances(ROUNDED) for segment in path)
         message = f"the contour of {name} goes back along {'X' if swap else 'Z'}"
         hint = "cut what lies behind in a cycle of its own"
         refuse(name, (returns, "profile-not-monotonic", message, hint))
@@ -254,6 +255,7 @@ def _feed(motions: Motions, feed: float, name: str) -> None:
     if feed <= 0.0:
         raise BlockError("feed-missing", f"{name} has no feed", name, hint="FF1 roughs, FF3 finishes")
     motions.emit({"f": feed})
+    check_feed(motions.ip, motions.ip.base.block, name)
 
 
 CYCLES = {"CYCLE62": call, "CYCLE72": mill, "CYCLE95": turn}
