@@ -27,6 +27,7 @@ from cython.cimports.cncgen.kernels.least_time_between import apply, tighten
 from cython.cimports.cncgen.kernels.least_time_matrix import factorize, substitute, survey, turn
 from cython.cimports.cncgen.kernels.least_time_passes import correct, gather, predict, set_up, wake
 from cython.cimports.cncgen.kernels.least_time_problem import Problem, sides
+from cython.cimports.cncgen.kernels.least_time_ways import agree, refit, settle
 from cython.cimports.libc.math import fabs
 
 #: Quantity that a row bounds: q or the middle ordinate, acceleration or d, jerk.
@@ -45,6 +46,14 @@ _TRUSTED = cython.declare(cython.double, 1e-3)
 #: The largest part of an ordinate of q by which a step may lower it. From more than 1.84 = 2.5^(2/3) times the minimum of q^-1/2
 #: plus a linear term Newton's step leads below zero; and once q is far below the minimum each step raises it by 5/3 only.
 _TAKEN = cython.declare(cython.double, 0.4)
+
+
+#: Change of a way as a part of its interval to which they are settled for a start, and at the end; how often that is tried at most; and
+#: the change after which the motion is taken anew.
+_ROUGHLY = cython.declare(cython.double, 1e-3)
+_AGREED = cython.declare(cython.double, 1e-13)
+_TIMES = cython.declare(cython.int, 60)
+_MOVED = cython.declare(cython.double, 1e-9)
 
 
 @cython.cclass
@@ -281,11 +290,16 @@ def solve(
     f: cython.double = 0.0
     residual: cython.double = 0.0
     with cython.nogil:
+        agree(problem, _ROUGHLY, _TIMES)
+        refit(problem)
         apply(problem, slack, eased)
         for iteration in range(most):
             f = survey(problem)
             if _due(iteration, system.gap / f):
                 fresh = system.gap > 0.0006 * f
+                if settle(problem, fresh) > _MOVED:
+                    f = survey(problem)
+                refit(problem)
                 verdict.worst = tighten(problem, slack, eased, fresh)
                 if fresh or verdict.worst > 1.0 + slack:
                     apply(problem, slack, eased)
@@ -311,6 +325,7 @@ def solve(
             status = 1
         elif status == 1:
             status = -1
+        f = agree(problem, _AGREED, _TIMES)
     report[0] = f
     report[1] = system.gap
     report[2] = system.broken

@@ -6,13 +6,17 @@
 
 import cython
 from cython.cimports.cncgen.kernels.least_time_problem import (
-    B, D, END, K, LANES, MOTION, PART, PLACES, ROWS, SCALE, SIZE, USED, Problem, size, vectorized,
+    B, D, END, FIXED, K, LANES, LENGTH, LIFT, MOTION, PACE, PARABOLA, PART, PLACES, RATE, ROWS, SCALE, SIZE, USED, Problem,
+    size, vectorized,
 )  # fmt: skip
 from cython.cimports.libc.math import fabs, sqrt
 
 
 #: Amount by which limits are eased at the start of a window in motion, by the slack.
 _EASE = cython.declare(cython.double, 1.2)
+#: Part of the slack by which values inside may be larger than those at the ends: under constant jerk they often are by next to nothing,
+#: here or there as iterates come.
+_LEVEL = cython.declare(cython.double, 0.4)
 #: The largest part of the jerk limit that is taken to hide between three values of the third derivative: of a cusp, those
 #: tell little.
 _CONCEALED = cython.declare(cython.double, 0.3)
@@ -66,21 +70,28 @@ def _quarter(near: cython.double, middle: cython.double, far: cython.double) -> 
 @cython.exceptval(check=False)
 def _inside(
     problem: Problem,
-    c: cython.double[::1],
+    fixed: cython.double[::1],
     motion: cython.double[::1],
     sums: cython.double[::1],
     block: cython.Py_ssize_t,
 ) -> vectorized:
-    """Fill q = v², d and v at the quarter points and in the middle of the intervals of a block, from `PLACES` on."""
+    """Fill q = v², d and v at the quarter points and in the middle of the intervals of a block, from `PLACES` on.
+
+    Where the tangents of q do not meet in the middle, d is a parabola.
+    """
     for place in range(3):
         x = 0.25 * (place + 1)
-        u = 1.0 - x
         for j in range(size(problem, block)):
+            f = block * FIXED + j
             m = block * MOTION + j
             s = PLACES + 3 * place * LANES + j
-            q = motion[m + B] * u * u + 2.0 * c[block * LANES + 1 + j] * u * x + motion[m + END + B] * x * x
+            gain = motion[m + END + D] - motion[m + D]
+            bend = 1.5 - 6.0 * fixed[f + LIFT] * fixed[f + PACE] * fixed[f + PACE]
+            q = motion[m + B] + 2.0 * fixed[f + LENGTH] * x * (
+                motion[m + D] + gain * x * (0.5 * (1.0 - bend) + bend * x / 3.0)
+            )
             sums[s] = q
-            sums[s + LANES] = u * motion[m + D] + x * motion[m + END + D]
+            sums[s + LANES] = motion[m + D] + gain * x * (1.0 - bend + bend * x)
             sums[s + 2 * LANES] = sqrt(q)
 
 
@@ -89,7 +100,7 @@ def _inside(
 @cython.exceptval(check=False)
 def _sizes(
     problem: Problem, d1: cython.double[:, :, ::1], d2: cython.double[:, :, ::1], d3: cython.double[:, :, ::1],
-    motion: cython.double[::1], sums: cython.double[::1], block: cython.Py_ssize_t, a: cython.Py_ssize_t,
+    fixed: cython.double[::1], motion: cython.double[::1], sums: cython.double[::1], block: cython.Py_ssize_t, a: cython.Py_ssize_t,
 ) -> vectorized:  # fmt: skip
     """Fill the sizes of acceleration and jerk of an axis at five places of the intervals of a block.
 
@@ -110,23 +121,33 @@ def _sizes(
         sums[2 * LANES + j] = fabs(d2[k, 1, a] * sums[p + 3 * LANES] + d1[k, 1, a] * sums[p + 4 * LANES])
         sums[3 * LANES + j] = fabs(y2 * sums[p + 6 * LANES] + y1 * sums[p + 7 * LANES])
         sums[4 * LANES + j] = fabs(d2[k, 2, a] * motion[m + END + B] + d1[k, 2, a] * motion[m + END + D])
-        ddq = motion[m + K]
+        # κ v is the jerk along the path of a parabola; with constant jerk κ is that of the mean speed.
+        part = fixed[block * FIXED + j + PARABOLA]
+        rate = (1.0 - part) * fixed[block * FIXED + j + RATE]
+        along = motion[m + K]
         most = _CONCEALED * problem.limits[1, a] * problem.factor[k, 1, a]
         more = problem.x3_excess[k, a]
-        sums[5 * LANES + j] = motion[m + SIZE] * fabs(
-            d3[k, 0, a] * motion[m + B] + 3.0 * d2[k, 0, a] * motion[m + D] + d1[k, 0, a] * ddq
+        sums[5 * LANES + j] = fabs(
+            motion[m + SIZE] * (d3[k, 0, a] * motion[m + B] + 3.0 * d2[k, 0, a] * motion[m + D])
+            + d1[k, 0, a] * along * (rate + part * motion[m + SIZE])
         )
-        sums[6 * LANES + j] = sums[p + 2 * LANES] * fabs(
-            x3 * sums[p] + 3.0 * x2 * sums[p + LANES] + x1 * ddq
+        sums[6 * LANES + j] = fabs(
+            sums[p + 2 * LANES] * (x3 * sums[p] + 3.0 * x2 * sums[p + LANES])
+            + x1 * along * (rate + part * sums[p + 2 * LANES])
         ) + min(more * sums[p] * sums[p + 2 * LANES], most)
-        sums[7 * LANES + j] = sums[p + 5 * LANES] * fabs(
-            d3[k, 1, a] * sums[p + 3 * LANES] + 3.0 * d2[k, 1, a] * sums[p + 4 * LANES] + d1[k, 1, a] * ddq
+        sums[7 * LANES + j] = fabs(
+            sums[p + 5 * LANES]
+            * (d3[k, 1, a] * sums[p + 3 * LANES] + 3.0 * d2[k, 1, a] * sums[p + 4 * LANES])
+            + d1[k, 1, a] * along * (rate + part * sums[p + 5 * LANES])
         )
-        sums[8 * LANES + j] = sums[p + 8 * LANES] * fabs(
-            y3 * sums[p + 6 * LANES] + 3.0 * y2 * sums[p + 7 * LANES] + y1 * ddq
+        sums[8 * LANES + j] = fabs(
+            sums[p + 8 * LANES] * (y3 * sums[p + 6 * LANES] + 3.0 * y2 * sums[p + 7 * LANES])
+            + y1 * along * (rate + part * sums[p + 8 * LANES])
         ) + min(more * sums[p + 6 * LANES] * sums[p + 8 * LANES], most)
-        sums[9 * LANES + j] = motion[m + SCALE + SIZE] * fabs(
-            d3[k, 2, a] * motion[m + END + B] + 3.0 * d2[k, 2, a] * motion[m + END + D] + d1[k, 2, a] * ddq
+        sums[9 * LANES + j] = fabs(
+            motion[m + SCALE + SIZE]
+            * (d3[k, 2, a] * motion[m + END + B] + 3.0 * d2[k, 2, a] * motion[m + END + D])
+            + d1[k, 2, a] * along * (rate + part * motion[m + SCALE + SIZE])
         )
 
 
@@ -172,7 +193,7 @@ def _lower(
 ) -> cython.double:
     """Lower the acceleration (0) or the jerk limits (1) of an axis in a block; return the largest part of one inside."""
     near: cython.double = 0.9 if fresh else 1.0 + slack
-    margin: cython.double = 1.0 if fresh else 1.0 - 0.5 * slack
+    margin: cython.double = 1.0 + _LEVEL * slack if fresh else 1.0 - 0.5 * slack
     worst: cython.double = 0.0
     _used(problem, problem.factor, sums, block, which, a, slack, eased)
     for j in range(size(problem, block)):
@@ -188,7 +209,7 @@ def _lower(
                 sums[s], sums[s + LANES], sums[s + 2 * LANES], sums[s + 3 * LANES], sums[s + 4 * LANES]
             )
             part = inside / limit
-            if inside > near * limit and inside > end:
+            if inside > near * limit and inside > end * max(margin, 1.0):
                 bulge = margin * end / inside
                 share[k, which, a] = min(share[k, which, a], bulge)
                 # Acceleration at a node is a row of the interval after it.
@@ -222,11 +243,21 @@ def tighten(
     if fresh:
         problem.share[:, :, :] = 1.0
     for block in range(problem.blocks):
-        _inside(problem, problem.c, problem.motion, problem.sums, block)
+        _inside(problem, problem.fixed, problem.motion, problem.sums, block)
         for a in range(problem.d1.shape[2]):
             if not problem.moves[a]:
                 continue
-            _sizes(problem, problem.d1, problem.d2, problem.d3, problem.motion, problem.sums, block, a)
+            _sizes(
+                problem,
+                problem.d1,
+                problem.d2,
+                problem.d3,
+                problem.fixed,
+                problem.motion,
+                problem.sums,
+                block,
+                a,
+            )
             for which in range(2):
                 worst = max(
                     worst, _lower(problem, problem.sums, problem.share, block, which, a, slack, eased, fresh)

@@ -26,36 +26,24 @@ def ends(
     h: cython.const[cython.double][::1],
     at: cython.const[cython.longlong][::1],
     moving: cython.bint,
-    out: cython.double[:, ::1],
     extra: cython.double[:, ::1],
 ) -> None:
-    """Fill how ordinates at both ends follow from unknowns, and further weights in the time of intervals at rests.
+    """Fill the weights in the time of the intervals at rests beside those of `at`.
 
     Args:
         kind, h: Shape (n,), the intervals.
         at: Shape (k,).
         moving: Whether the motion is under way at the start.
-        out, extra: Shape (k, 4) and (k, 2), see `cncgen.kernels.least_time_problem`.
+        extra: Shape (k, 2), see `cncgen.kernels.least_time_problem`.
     """
     with cython.nogil:
         for i in range(at.shape[0]):
             k = at[i]
-            after = h[k + 1]
             extra[i, 0] = extra[i, 1] = 0.0
-            if moving and k == 0:
-                out[i, 0], out[i, 1] = 1.0, 0.0
-            else:
-                before = h[k - 1]
-                if kind[k - 1] == _LEAVE:
-                    out[i, 0], out[i, 1] = 0.0, 1.0 / (1.0 + 2.0 * h[k] / (3.0 * before))
-                    extra[i, 0] = 3.0 * before
-                else:
-                    out[i, 0], out[i, 1] = h[k] / (before + h[k]), before / (before + h[k])
+            if not (moving and k == 0) and kind[k - 1] == _LEAVE:
+                extra[i, 0] = 3.0 * h[k - 1]
             if kind[k + 1] == _ENTER:
-                out[i, 2], out[i, 3] = 1.0 / (1.0 + 2.0 * h[k] / (3.0 * after)), 0.0
-                extra[i, 1] = 3.0 * after
-            else:
-                out[i, 2], out[i, 3] = after / (after + h[k]), h[k] / (after + h[k])
+                extra[i, 1] = 3.0 * h[k + 1]
 
 
 @cython.cfunc
@@ -122,6 +110,7 @@ def bounds(
     limits: cython.const[cython.double][:, ::1],
     at: cython.const[cython.longlong][::1],
     box: cython.double[:, ::1],
+    tilt: cython.double[::1],
     edge: cython.double[:, ::1],
     sway: cython.double[:, ::1],
     held_right: cython.char[::1],
@@ -133,6 +122,7 @@ def bounds(
         at: Shape (k,).
         box: Shape (k, 3), bounds of the ordinates that are rows, infinite where there is none: an ordinate between two bounded
             ones is bounded as they are, and needs no row of its own if all three bounds are equal.
+        tilt: Shape (k,), how fast the bound of the middle ordinate rises with the way that it stands for; 0 without a bound.
         edge: Shape (k, 2), bounds of q at both ends.
         sway: Shape (k, 2), bounds of |q'|/2 at both ends, infinite where the neighbour has them.
         held_right: Shape (k,), whether acceleration must be held at the right end too.
@@ -156,6 +146,7 @@ def bounds(
                 edge[i, 1] = min(edge[i, 1], _rest_top(k + 1, 0, h[k + 1], x1, x2, x3, top, factor, limits))
                 sway[i, 1] = node_acceleration[k + 1]
             middle = _middle(top, k)
+            tilt[i] = (top[k, 2] - top[k, 0]) / h[k] if max(top[k, 0], top[k, 2]) < 1e300 else 0.0
             box[i, 0], box[i, 1], box[i, 2] = edge[i, 0], middle, edge[i, 1] if enters else _INFINITE
             if (
                 i > 0

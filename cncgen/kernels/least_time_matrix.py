@@ -7,8 +7,8 @@ Columns are those of `cncgen.kernels.least_time_problem`; `cncgen.kernels.least_
 
 import cython
 from cython.cimports.cncgen.kernels.least_time_problem import (
-    B, D, DB, DD, DK, E0, E1, E2, E3, END, ENTER, FIXED, G, H, K, LANES, LEAVE, LEFT, M00, M01, M02, M11,
-    M12, M22, MIDDLE1, MIDDLE2, MOTION, PACE, RIGHT, ROOT, SCALE, SIZE, SLOPE, SUMMED, SUMS, WEIGHT0, WEIGHT1,
+    B, D, DB, DD, DK, E0, E1, E2, E3, END, ENTER, FIXED, G, H, K, LANES, LEAVE, LEFT, LENGTH, LIFT, M00,
+    M01, M02, M11, M12, M22, MIDDLE1, MIDDLE2, MOTION, PACE, RIGHT, ROOT, SCALE, SIZE, SLOPE, SUMMED, SUMS, WEIGHT0, WEIGHT1,
     WEIGHT2, Problem, size, vectorized,
 )  # fmt: skip
 from cython.cimports.libc.math import sqrt
@@ -35,12 +35,13 @@ def _survey(
         c2 = c[k + 2]
         q0 = fixed[f + E0] * c0 + fixed[f + E1] * c1
         q2 = fixed[f + E2] * c1 + fixed[f + E3] * c2
-        q1 = 1.0 / (0.25 * (q0 + q2) + 0.5 * c1)
         d0 = fixed[f + LEFT] * (c1 - c0) + fixed[f + LEAVE] * c1
         d2 = fixed[f + RIGHT] * (c2 - c1) - fixed[f + ENTER] * c1
         motion[m + B] = q0
         motion[m + D] = d0
-        motion[m + K] = motion[m + END + K] = (d2 - d0) * fixed[f + PACE]
+        x = (d2 - d0) * fixed[f + PACE]
+        motion[m + K] = motion[m + END + K] = x
+        q1 = 1.0 / (q0 + fixed[f + LENGTH] * d0 + fixed[f + LIFT] * x)
         motion[m + END + B] = q2
         motion[m + END + D] = d2
         motion[m + 2 * SCALE + ROOT] = 1.0
@@ -97,8 +98,8 @@ def _begin(
         m = block * MOTION + j
         s = j
         t = SUMS + j
-        z = 1.0 / fixed[f + PACE]
-        y = 0.25 * z * z
+        z = fixed[f + LENGTH]
+        y = fixed[f + LIFT]
         x = fixed[f + WEIGHT0] * motion[m + SLOPE]
         sums[s + G] = x + motion[m + MIDDLE1]
         sums[s + G + LANES] = motion[m + MIDDLE1] * z
@@ -126,7 +127,7 @@ def _begin(
 def begin(problem: Problem, block: cython.Py_ssize_t) -> cython.void:
     """Begin the sums of a block with F: its gradient in `G`, the negative in `H`, and its Hessian in the matrix.
 
-    In the middle of an interval q is b + h d + h²/4 κ by q, d and κ at the left end.
+    In the middle of an interval q is b + h d + h (3/4 h − l) κ by q, d and κ at the left end.
     """
     _begin(problem, problem.fixed, problem.motion, problem.sums, block)
 

@@ -44,11 +44,20 @@ cdef enum:
     LEAVE = 5 * LANES
     RIGHT = 6 * LANES
     ENTER = 7 * LANES
-    PACE = 8 * LANES
-    WEIGHT0 = 9 * LANES
-    WEIGHT1 = 10 * LANES
-    WEIGHT2 = 11 * LANES
-    FIXED = 12 * LANES
+    LENGTH = 8 * LANES
+    PACE = 9 * LANES
+    LIFT = 10 * LANES
+    WEIGHT0 = 11 * LANES
+    WEIGHT1 = 12 * LANES
+    WEIGHT2 = 13 * LANES
+    # what follows from the ways, PULL and HELD of both ends,
+    WAY = 14 * LANES
+    RATE = 15 * LANES
+    PULL = 16 * LANES
+    HELD = 18 * LANES
+    # and 1 where q is a parabola instead,
+    PARABOLA = 20 * LANES
+    FIXED = 21 * LANES
 
     # those of the motion: at the left end, `END` further on at the right end,
     B = 0 * LANES
@@ -100,7 +109,11 @@ cdef class Problem:
     cdef public Py_ssize_t free
     cdef public double[::1] c
     cdef public double[::1] h
+    cdef public double[:, ::1] extra
+    cdef public double start
+    cdef public double[::1] way
     cdef public double[:, ::1] ends
+    cdef public double[:, ::1] middle
     cdef public double[:, :, ::1] d1
     cdef public double[:, :, ::1] d2
     cdef public double[:, :, ::1] d3
@@ -119,6 +132,7 @@ cdef class Problem:
     cdef public Runs awake
     cdef public Runs asleep
 
+cpdef void lay(Problem problem) noexcept nogil
 cpdef Py_ssize_t size(Problem problem, Py_ssize_t block) noexcept nogil
 cpdef void find_runs(Problem problem, char state, Runs runs) noexcept nogil
 cpdef Py_ssize_t sides(Problem problem) noexcept nogil

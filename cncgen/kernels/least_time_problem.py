@@ -32,9 +32,26 @@ if not cython.compiled:
     vectorized = inlined = None
     LANES = 32
     A0, A1, A2, PART, W0, W1, Y0, Y1, DW0, DW1, DY0, DY1, ROWS = range(0, 13 * LANES, LANES)
-    E0, E1, E2, E3, LEFT, LEAVE, RIGHT, ENTER, PACE, WEIGHT0, WEIGHT1, WEIGHT2, FIXED = range(
-        0, 13 * LANES, LANES
-    )
+    (
+        E0,
+        E1,
+        E2,
+        E3,
+        LEFT,
+        LEAVE,
+        RIGHT,
+        ENTER,
+        LENGTH,
+        PACE,
+        LIFT,
+        WEIGHT0,
+        WEIGHT1,
+        WEIGHT2,
+        WAY,
+        RATE,
+        PULL,
+    ) = range(0, 17 * LANES, LANES)
+    HELD, PARABOLA, FIXED = 18 * LANES, 20 * LANES, 21 * LANES
     B, D, K, DB, DD, DK, END = range(0, 7 * LANES, LANES)
     ROOT, SLOPE, SIZE, SCALE = 12 * LANES, 13 * LANES, 14 * LANES, 3 * LANES
     MIDDLE1, MIDDLE2, MOTION = 21 * LANES, 22 * LANES, 23 * LANES
@@ -89,7 +106,6 @@ class Problem:
         self,
         free: cython.Py_ssize_t,
         h: cython.double[::1],
-        ends: cython.double[:, ::1],
         extra: cython.double[:, ::1],
         d1: cython.double[:, :, ::1],
         d2: cython.double[:, :, ::1],
@@ -101,17 +117,18 @@ class Problem:
         """Take the intervals, make room for the rest: unknowns are 1, rows none.
 
         Args:
-            extra: Shape (n, 2), weight of q^-1/2 at the left and right end beside that of the interval itself.
-            free, h, ends, d1, d2, d3, limits, factor, x3_excess: See the attributes.
+            free, h, extra, d1, d2, d3, limits, factor, x3_excess: See the attributes.
         """
         n: cython.Py_ssize_t = h.shape[0]
         axes: cython.Py_ssize_t = d1.shape[2]
         import numpy
 
         self.n, self.free, self.blocks = n, free, (n + LANES - 1) // LANES
-        self.h, self.ends, self.d1, self.d2, self.d3 = h, ends, d1, d2, d3
+        self.h, self.extra, self.d1, self.d2, self.d3 = h, extra, d1, d2, d3
         self.limits, self.factor, self.x3_excess = limits, factor, x3_excess
         self.c, self.share = numpy.ones(n + 2), numpy.ones((n, 2, axes))
+        self.way, self.start = numpy.empty(n), 0.0
+        self.ends, self.middle = numpy.zeros((n, 4)), numpy.zeros((n, 2))
         self.fixed, self.motion = numpy.zeros(self.blocks * FIXED), numpy.zeros(self.blocks * MOTION)
         self.sums = numpy.zeros(2 * SUMS)
         most = self.blocks * (5 + 4 * axes)
@@ -128,20 +145,67 @@ class Problem:
                     self.moves[a] = 1
                 if self.moves[a]:
                     break
+        for k in range(self.blocks):
+            for m in range(PULL, PARABOLA):
+                self.fixed[k * FIXED + m] = 1.0
         for k in range(n):
             at = k // LANES * FIXED + k % LANES
-            self.fixed[at + E0] = ends[k, 0]
-            self.fixed[at + E1] = ends[k, 1]
-            self.fixed[at + E2] = ends[k, 2]
-            self.fixed[at + E3] = ends[k, 3]
+            self.fixed[at + LENGTH] = h[k]
             self.fixed[at + PACE] = 1.0 / h[k]
-            self.fixed[at + LEFT] = ends[k, 0] / h[k]
-            self.fixed[at + LEAVE] = (1.0 - ends[k, 1]) / h[k] if ends[k, 0] == 0.0 else 0.0
-            self.fixed[at + RIGHT] = ends[k, 3] / h[k]
-            self.fixed[at + ENTER] = (1.0 - ends[k, 2]) / h[k] if ends[k, 3] == 0.0 else 0.0
+            self.fixed[at + WAY] = 0.5 * h[k]
             self.fixed[at + WEIGHT0] = h[k] / 6.0 + extra[k, 0]
             self.fixed[at + WEIGHT1] = h[k] / 1.5
             self.fixed[at + WEIGHT2] = h[k] / 6.0 + extra[k, 1]
+        lay(self)
+
+
+@cython.ccall
+@cython.nogil
+@cython.exceptval(check=False)
+def lay(problem: Problem) -> cython.void:
+    """Set the columns that follow from where the tangents of q meet.
+
+    The ordinate at a node between two intervals follows from the tangent that they share there. Beside a rest q' is that of constant
+    jerk, 4 q/(3 h), h the length of the interval of the rest, which is a third of `extra`.
+    """
+    fixed: cython.double[::1] = problem.fixed
+    ends: cython.double[:, ::1] = problem.ends
+    before: cython.double = 0.0
+    for k in range(problem.n):
+        at = k // LANES * FIXED + k % LANES
+        left = fixed[at + WAY]
+        fixed[at + LEAVE] = fixed[at + ENTER] = 0.0
+        if problem.extra[k, 0] > 0.0:
+            both = 1.0 / (problem.extra[k, 0] + 4.0 * left)
+            ends[k, 0], ends[k, 1] = 0.0, problem.extra[k, 0] * both
+            fixed[at + LEAVE], fixed[at + LEFT] = 2.0 * both, 0.0
+        elif k == 0:
+            ends[k, 0], ends[k, 1] = 1.0, 0.0
+            fixed[at + LEFT] = 0.5 / left
+        else:
+            # The node that the interval before shares.
+            both = 1.0 / (before + left)
+            ends[k, 0] = ends[k - 1, 2] = left * both
+            ends[k, 1] = ends[k - 1, 3] = before * both
+            fixed[at + LEFT] = 0.5 * both
+            last = (k - 1) // LANES * FIXED + (k - 1) % LANES
+            fixed[last + E2], fixed[last + E3], fixed[last + RIGHT] = ends[k, 0], ends[k, 1], 0.5 * both
+        before = problem.h[k] - left
+        if problem.extra[k, 1] > 0.0:
+            both = 1.0 / (problem.extra[k, 1] + 4.0 * before)
+            ends[k, 2], ends[k, 3] = problem.extra[k, 1] * both, 0.0
+            fixed[at + ENTER], fixed[at + RIGHT] = 2.0 * both, 0.0
+        elif k == problem.n - 1:
+            ends[k, 2], ends[k, 3] = 0.0, 1.0
+            fixed[at + RIGHT] = 0.5 / before
+        fixed[at + E0], fixed[at + E1], fixed[at + E2], fixed[at + E3] = (
+            ends[k, 0],
+            ends[k, 1],
+            ends[k, 2],
+            ends[k, 3],
+        )
+        fixed[at + LIFT] = problem.h[k] * (0.75 * problem.h[k] - left)
+        problem.way[k] = left
 
 
 @cython.ccall

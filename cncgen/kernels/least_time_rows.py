@@ -223,13 +223,18 @@ def _limited(
 
 
 def build(
-    problem: Problem, box: cython.double[:, ::1], sway: cython.double[:, ::1], held_right: cython.char[::1]
+    problem: Problem,
+    box: cython.double[:, ::1],
+    tilt: cython.double[::1],
+    sway: cython.double[:, ::1],
+    held_right: cython.char[::1],
 ) -> cython.void:
     """Fill the rows of a window, all awake; where it starts in motion, those that the state alone decides are left out.
 
     Args:
         problem: Without rows.
         box: Shape (n, 3): largest q at the left end, for the middle ordinate, and at the right end (infinite: none).
+        tilt: Shape (n,): how fast the bound of the middle ordinate rises with the way that it stands for.
         sway: Shape (n, 2): largest |q′|/2 at the left and at the right end (infinite: none).
         held_right: Shape (n,): 1 where acceleration must be held at the right end too (the next interval does not start
             with the same derivatives).
@@ -239,6 +244,9 @@ def build(
 
     idle: cython.char[:, ::1] = numpy.empty((axes, problem.n), numpy.int8)
     with cython.nogil:
+        for k in range(problem.n):
+            problem.middle[k, 0] = box[k, 1]
+            problem.middle[k, 1] = tilt[k]
         for a in range(axes):
             for k in range(problem.n):
                 idle[a, k] = _idle(problem, k, a)

@@ -43,7 +43,7 @@ def graded(
     s: cython.const[cython.double][::1],
     spacing: cython.const[cython.double][::1],
     low: cython.const[cython.double][::1],
-    growth: cython.const[cython.double][::1],
+    growth: cython.double,
     fine: cython.double[::1],
     out: cython.double[::1],
 ) -> int:
@@ -51,7 +51,7 @@ def graded(
 
     Args:
         s, spacing, low: Shape (n,), places, ascending, the spacing there and the lowered one.
-        growth: Shape (n - 1,), of the spacing between them.
+        growth: Largest growth of the spacing by the way.
         fine, out: Room for 3 n.
     """
     count: cython.Py_ssize_t = 0
@@ -69,10 +69,10 @@ def graded(
             if top <= (1.0 + _ALIKE) * _STEEP * min(low[n], low[n + 1]):
                 continue
             # Where growth from both ends meets, if it does so below the top.
-            met = 0.5 * (s[n] + s[n + 1] + (low[n + 1] - low[n]) / growth[n])
-            up = min(s[n] + (top - low[n]) / growth[n], met)
-            down = max(s[n + 1] - (top - low[n + 1]) / growth[n], met)
-            height = min(top, low[n] + growth[n] * (met - s[n]))
+            met = 0.5 * (s[n] + s[n + 1] + (low[n + 1] - low[n]) / growth)
+            up = min(s[n] + (top - low[n]) / growth, met)
+            down = max(s[n + 1] - (top - low[n + 1]) / growth, met)
+            height = min(top, low[n] + growth * (met - s[n]))
             if s[n] < up < s[n + 1]:
                 fine[count] = up
                 out[count] = height

@@ -12,10 +12,10 @@ _ENTER = cython.declare(cython.int, 2)
 _LINE = cython.declare(cython.int, 3)
 
 
-@cython.ccall
+@cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
-def parabola_time(x: cython.double) -> cython.double:
+def _parabola_time(x: cython.double) -> cython.double:
     """Return artanh(sqrt x)/sqrt x for x > 0 and arctan(sqrt -x)/sqrt -x for x < 0, which are one function; near 0 by its series."""
     root: cython.double = sqrt(fabs(x))
     if fabs(x) < 1e-3:
@@ -29,32 +29,39 @@ def pieces(
     kind: cython.const[cython.char][::1],
     h: cython.const[cython.double][::1],
     q: cython.const[cython.double][:, ::1],
+    way: cython.const[cython.double][::1],
     out: cython.double[:, ::1],
 ) -> None:
-    """Fill duration, v, a, j and c, the rows of `out`, of the motion on intervals with ordinates of q, but lines.
+    """Fill duration, v, a, j and c, the rows of `out`, of the motion on intervals, but lines.
+
+    The jerk j is constant where the tangents of q do not meet in the middle; else q is a parabola, and the jerk c v.
 
     Args:
         kind, h: Shape (n,).
-        q: Shape (n, 3).
+        q, way: Shape (n, 3) and (n,), as in `cncgen.planner.least_time.problem.Solution`.
         out: Shape (5, n).
     """
     with cython.nogil:
         for k in range(h.shape[0]):
             out[1, k] = sqrt(q[k, 0])
+            out[2, k] = out[3, k] = out[4, k] = 0.0
             if kind[k] == _LINE:
                 continue
             total = out[1, k] + sqrt(q[k, 2])
             if kind[k] == _LEAVE or kind[k] == _ENTER:
                 out[0, k] = 3.0 * h[k] / total
                 out[3, k] = 2.0 * total / (out[0, k] * out[0, k])
-                out[2, k] = -out[3, k] * out[0, k] if kind[k] == _ENTER else 0.0
-                out[4, k] = 0.0
+                if kind[k] == _ENTER:
+                    out[2, k] = -out[3, k] * out[0, k]
             else:
-                bend = q[k, 0] - 2.0 * q[k, 1] + q[k, 2]
-                out[0, k] = 2.0 * h[k] / total * parabola_time(bend / (total * total))
-                out[2, k] = (q[k, 1] - q[k, 0]) / h[k]
-                out[3, k] = 0.0
-                out[4, k] = bend / (h[k] * h[k])
+                out[2, k] = (q[k, 1] - q[k, 0]) / (2.0 * way[k])
+                gain = (q[k, 2] - q[k, 1]) / (2.0 * (h[k] - way[k])) - out[2, k]
+                if way[k] == 0.5 * h[k]:
+                    out[0, k] = 2.0 * h[k] / total * _parabola_time(gain * h[k] / (total * total))
+                    out[4, k] = gain / h[k]
+                    continue
+                out[0, k] = 4.0 * h[k] / (total + sqrt(max(total * total - gain * h[k] / 0.75, 0.0)))
+                out[3, k] = gain / out[0, k]
 
 
 def bends(

@@ -58,27 +58,37 @@ def rows() -> None:
     figure, (left, right) = plt.subplots(
         1, 2, figsize=(8.4, 3.4), layout="constrained", width_ratios=(1.5, 1.0)
     )
-    node, c = np.array([0.0, 1.0, 2.6, 3.6]), np.array([1.5, 3.2, 2.4])
-    h = np.diff(node)
-    inner = (h[1:] * c[:-1] + h[:-1] * c[1:]) / (h[1:] + h[:-1])
-    b = np.concatenate([[0.9], inner, [2.1]])
-    u = np.linspace(0.0, 1.0, 61)
-    for k in range(3):
-        q = b[k] * (1 - u) ** 2 + 2.0 * c[k] * u * (1 - u) + b[k + 1] * u**2
-        s = node[k] + h[k] * u
+    # Pieces of constant jerk, each from where the one before ends: durations, jerks, and v and a at the start.
+    duration, jerk, v, a, start = (1.3, 1.15, 0.6), (0.5, 0.95, -1.7), 0.62, -0.55, 0.0
+    node, b = [start], [v**2]
+    for k, (whole, j) in enumerate(zip(duration, jerk, strict=True)):
+        t = np.linspace(0.0, whole, 241)
+        s, q = start + (v + (a / 2.0 + j * t / 6.0) * t) * t, (v + (a + j * t / 2.0) * t) ** 2
+        h, after = s[-1] - start, a + j * whole
+        way = h / 2.0 - (q[-1] ** 0.5 - v) * whole / 12.0
+        c = q[0] + 2.0 * a * way
         left.plot(s, q, color="C0", lw=1.6)
-        left.plot([s[0], s[30], s[-1]], [b[k], c[k], b[k + 1]], color="0.7", lw=0.7, ls="--")
-        left.plot(s[30], c[k], "x", color="C3", ms=8)
-        left.plot(s[15:46:15], q[15:46:15], "o", color="C0", mfc="w", ms=5)
-        left.plot(s[2], 0.12, ">", color="C2", ms=7)
-        left.plot(s[-3], 0.12, "<", color="C2", ms=7)
+        left.plot([start, start + way, s[-1]], [q[0], c, q[-1]], color="0.7", lw=0.7, ls="--")
+        left.plot(start + way, c, "x", color="C3", ms=8)
+        inner = start + h * np.array([0.25, 0.5, 0.75])
+        left.plot(inner, np.interp(inner, s, q), "o", color="C0", mfc="w", ms=5)
+        left.plot(start + 0.03 * h, -0.1, ">", color="C2", ms=7)
+        left.plot(s[-1] - 0.03 * h, -0.1, "<", color="C2", ms=7)
+        if k == 1:
+            left.annotate("", (start, 0.62), (start + way, 0.62), arrowprops={"arrowstyle": "<->", "lw": 0.7})
+            left.plot([start + way] * 2, [c, 0.68], color="0.7", lw=0.7, ls=":")
+            left.annotate("l", (start + way / 2.0, 0.66), ha="center", fontsize=10)
+            left.annotate("interval k, length h", (start + h / 2.0, 1.7), ha="center", fontsize=9)
+            left.annotate("c", (start + way + 0.03, c - 0.06), fontsize=10)
+        start, v, a = s[-1], q[-1] ** 0.5, after
+        node.append(start)
+        b.append(q[-1])
     left.plot(node, b, "o", color="0.3", ms=5)
     for s in node:
         left.axvline(s, color="0.85", lw=0.7, zorder=0)
-    for text, s, q in (("c", 1.88, 3.22), ("b₀", 0.76, b[1] + 0.1), ("b₂", 2.68, b[2] + 0.05)):
-        left.annotate(text, (s, q), fontsize=10)
-    left.annotate("interval k, length h", (1.8, 0.42), ha="center", fontsize=9)
-    left.set(ylim=(0.0, 3.7), xlabel="s", ylabel="q = v²", xticks=[], yticks=[])
+    for text, k, side in (("b₀", 1, -0.08), ("b₂", 2, -0.09)):
+        left.annotate(text, (node[k] + side, b[k] + 0.07), fontsize=10)
+    left.set(ylim=(-0.18, 1.12 * max(b)), xlabel="s", ylabel="q = v²", xticks=[], yticks=[])
     q, here = np.linspace(0.25, 4.0, 200), 1.2
     tangent = here**-0.5 - 0.5 * here**-1.5 * (q - here)
     right.plot(q, q**-0.5, color="C0", lw=1.6, label="limit f J q^-½")

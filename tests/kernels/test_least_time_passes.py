@@ -40,15 +40,18 @@ class Case:
 
     def uses(self, c: np.ndarray) -> list[np.ndarray]:
         """Return A·(q, d, κ) and r, times q^½ for a jerk, of all accelerations and jerks at left ends, and jerks at right ones."""
-        h, ends = np.asarray(self.problem.h)[:, None], np.asarray(self.problem.ends)
+        h, ends, way = (np.asarray(x) for x in (self.problem.h, self.problem.ends, self.problem.way))
+        h, way = h[:, None], way[:, None]
         b0 = (ends[:, 0] * c[:-2] + ends[:, 1] * c[1:-1])[:, None]
         b2 = (ends[:, 2] * c[1:-1] + ends[:, 3] * c[2:])[:, None]
         b1 = c[1:-1, None]
-        left, right, bend = (b1 - b0) / h, (b2 - b1) / h, (b0 - 2.0 * b1 + b2) / h**2
+        left, right = (b1 - b0) / (2.0 * way), (b2 - b1) / (2.0 * (h - way))
+        bend = (right - left) / h
         x1, x2, x3 = (np.asarray(x) for x in (self.problem.d1, self.problem.d2, self.problem.d3))
         found = [((x2[:, 0] * b0 + x1[:, 0] * left) / LIMITS[0], np.ones((N, AXES)))]
         for end, b, d in ((0, b0, left), (2, b2, right)):
-            jerk = (x3[:, end] * b + 3.0 * x2[:, end] * d + x1[:, end] * bend) / LIMITS[1]
+            pull = np.asarray(self.problem.fixed).reshape(-1, 21, 32)[:, 16 + end // 2].ravel()[:N, None]
+            jerk = (x3[:, end] * b + 3.0 * x2[:, end] * d + x1[:, end] * bend * pull) / LIMITS[1]
             found.append((jerk, b**-0.5 * np.ones((N, AXES))))
         return found
 
@@ -66,18 +69,15 @@ class Case:
         return np.stack([np.imag(self.values(c + 1e-30j * unit)) / 1e-30 for unit in units], axis=-1)
 
 
-def winding(h: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return `ends` and derivatives of a path of unit speed whose heading is 0.6 sin 2s, on intervals of lengths `h`."""
+def winding(h: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return derivatives of a path of unit speed whose heading is 0.6 sin 2s, on intervals of lengths `h`."""
     s = np.append(0.0, np.cumsum(h))
     at = np.stack([s[:-1], 0.5 * (s[:-1] + s[1:]), s[1:]], axis=1)
     heading, turn, more = 0.6 * np.sin(2.0 * at), 1.2 * np.cos(2.0 * at), -2.4 * np.sin(2.0 * at)
     along = np.stack([np.cos(heading), np.sin(heading)], axis=2)
     across = np.stack([-np.sin(heading), np.cos(heading)], axis=2)
     third = more[:, :, None] * across - (turn**2)[:, :, None] * along
-    # The ordinate at a node divides those of its neighbours as their lengths, which makes q' continuous.
-    wide = np.concatenate([h[:1], h, h[-1:]])
-    left, right = wide[1:-1] / (wide[:-2] + wide[1:-1]), wide[1:-1] / (wide[1:-1] + wide[2:])
-    return np.stack([left, 1.0 - left, 1.0 - right, right], axis=1), along, turn[:, :, None] * across, third
+    return along, turn[:, :, None] * across, third
 
 
 def case(monkeypatch: pytest.MonkeyPatch, compiled: bool = True, smooth: bool = False) -> Case:
@@ -89,18 +89,19 @@ def case(monkeypatch: pytest.MonkeyPatch, compiled: bool = True, smooth: bool = 
             monkeypatch.setitem(sys.modules, f"cncgen.kernels.least_time_{part}", kernels[k])
     numbers, matrix, passes, rows = kernels
     rng = np.random.default_rng(11)
-    ends = np.empty((N, 4))
-    ends[:, 1:3] = rng.uniform(0.3, 0.7, (N, 2))
-    ends[:, 0], ends[:, 3] = 1.0 - ends[:, 1], 1.0 - ends[:, 2]
     d1, d2, d3 = (scale * rng.normal(size=(N, 3, AXES)) for scale in (1.0, 0.3, 0.1))
     h = rng.uniform(0.05, 0.1 if smooth else 0.2, N)
     if smooth:
-        ends, d1, d2, d3 = winding(h)
+        d1, d2, d3 = winding(h)
     problem = numbers.Problem(
-        1, h, ends, np.zeros((N, 2)), d1, d2, d3, LIMITS, np.ones((N, 2, AXES)), np.zeros((N, AXES))
+        1, h, np.zeros((N, 2)), d1, d2, d3, LIMITS, np.ones((N, 2, AXES)), np.zeros((N, AXES))
     )
     problem.c[:] = 300.0 + 10.0 * np.sin(np.arange(N + 2.0))
-    rows.build(problem, np.full((N, 3), np.inf), np.full((N, 2), np.inf), np.zeros(N, np.int8))
+    if not smooth:
+        # Tangents that meet anywhere.
+        np.asarray(problem.fixed).reshape(-1, 21, 32)[:, 14] *= rng.uniform(0.6, 1.4, (2, 32))
+        numbers.lay(problem)
+    rows.build(problem, np.full((N, 3), np.inf), np.zeros(N), np.full((N, 2), np.inf), np.zeros(N, np.int8))
     matrix.survey(problem)
     return Case(rows, matrix, passes, problem)
 
@@ -165,10 +166,8 @@ def test_the_profile_to_start_from_leaves_rest_with_full_jerk(monkeypatch: pytes
         return (0.5 * jerk * (6.0 * s / jerk) ** (2.0 / 3.0)) ** 2
 
     n = 80
-    acceleration = jerk * (6.0 * first / jerk) ** (1.0 / 3.0)
-    beside = 1.0 / (1.0 + acceleration * h / q(np.array(first)))
-    ends = np.full((n, 4), 0.5)
-    ends[0, :2], ends[-1, 2:] = (0.0, beside), (beside, 0.0)
+    extra = np.zeros((n, 2))
+    extra[0, 0] = extra[-1, 1] = 3.0 * first
     line = np.zeros((3, n, 3, 1))
     line[0] = 1.0
     for problems, rows in ((least_time_problem, least_time_rows), (None, None)):
@@ -176,7 +175,7 @@ def test_the_profile_to_start_from_leaves_rest_with_full_jerk(monkeypatch: pytes
             plain = case(monkeypatch, compiled=False)
             problems, rows = sys.modules["cncgen.kernels.least_time_problem"], plain.rows
         problem = problems.Problem(
-            1, np.full(n, h), ends, np.zeros((n, 2)), *line, np.array([[1e9], [jerk]]), np.ones((n, 2, 1)),
+            1, np.full(n, h), extra, *line, np.array([[1e9], [jerk]]), np.ones((n, 2, 1)),
             np.zeros((n, 1)),
         )  # fmt: skip
         top = np.full((n, 2), 1e12)
@@ -214,11 +213,11 @@ def test_the_time_without_limits_is_that_of_the_bound(monkeypatch: pytest.Monkey
     rows = case(monkeypatch).problem
     high = 1e12 * np.ones_like(LIMITS)
     problem = least_time_problem.Problem(
-        1, rows.h, rows.ends, np.zeros((N, 2)), rows.d1, rows.d2, rows.d3, high, np.ones((N, 2, AXES)),
+        1, rows.h, np.zeros((N, 2)), rows.d1, rows.d2, rows.d3, high, np.ones((N, 2, AXES)),
         np.zeros((N, AXES)),
     )  # fmt: skip
     box = np.full((N, 3), 400.0)
-    least_time_rows.build(problem, box, np.full((N, 2), np.inf), np.zeros(N, np.int8))
+    least_time_rows.build(problem, box, np.zeros(N), np.full((N, 2), np.inf), np.zeros(N, np.int8))
     problem.c[:] = 100.0
     problem.c[0] = problem.c[N + 1] = 400.0
     report = np.zeros(6)
@@ -231,7 +230,8 @@ def test_the_response_is_the_last_column_of_the_inverse(monkeypatch: pytest.Monk
     """Of the Newton matrix that `gather` sets up, as numpy inverts it."""
     this = case(monkeypatch, smooth=True)
     out = np.zeros(N + 2)
-    assert least_time.solve(this.problem, 1e-4, 5e-4, 200, np.zeros(6), out) == 0
+    # It ends before the optimum, so the matrix is that of the last iterate.
+    assert least_time.solve(this.problem, 1e-9, 5e-4, 6, np.zeros(6), out) == -1
     dual, right, band = np.zeros(N + 2), np.zeros(N + 2), np.zeros((3, N + 2))
     least_time_passes.gather(this.problem, 0.0, 0.0, dual, right, band, np.zeros(4))
     full = np.zeros((N + 2, N + 2))

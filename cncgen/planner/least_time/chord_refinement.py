@@ -19,7 +19,7 @@ from cncgen.kernels import planned_motion
 from cncgen.planner.least_time.corners import NO_TURN
 from cncgen.planner.least_time.mesh import LINE, SPLINE, Mesh
 from cncgen.planner.least_time.motion_pieces import MotionPieces
-from cncgen.planner.least_time.problem import Intervals
+from cncgen.planner.least_time.problem import Intervals, Solution, middles
 from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.motion import motion_at
 from cncgen.planner.record import Limit, Profile
@@ -94,7 +94,7 @@ class MeshPath:
 
 
 def held(
-    given: Intervals, course: MeshPath, pieces: MotionPieces, q: Floats, count: int, everywhere: bool
+    given: Intervals, course: MeshPath, pieces: MotionPieces, found: Solution, count: int, everywhere: bool
 ) -> Intervals | None:
     """Return intervals with lower bounds of q where chords leave the path by more than their tolerance; None if none does.
 
@@ -105,18 +105,18 @@ def held(
         given: The intervals.
         course: The path under them.
         pieces: A motion on them.
-        q: Shape (n, 3), its ordinates.
+        found: It, as it was solved.
         count: How many intervals count: chords that end beyond are left to later calls.
         everywhere: Whether bounds are lowered under all of each chord that is too long. Else they are lowered only under a chord of
         the required length around the place furthest from the chord, so that this way takes a period. Faster motion at the ends of the
         long chord is kept, and chords over the same place that begin earlier or later become shorter too.
     """
-    scene = _Scene.of(given, course, pieces, q, count)
+    scene = _Scene.of(given, course, pieces, found.q, count)
     begin, end = scene.brief(count == len(given))
     if len(begin):
         # Once they take a period, their chords are measured like all others.
         slower = (scene.time(begin, end) / (_BRIEF * scene.period)) ** 2
-        return _lowered(given, scene.s, q, (begin, 0.5 * (begin + end), end), slower)
+        return _lowered(given, scene.s, found, (begin, 0.5 * (begin + end), end), slower)
     start = scene.too_long(scene.suspects())
     if not len(start):
         return None
@@ -125,11 +125,11 @@ def held(
         return None
     shorter = _AIM / over
     if everywhere:
-        return _lowered(given, scene.s, q, (begin, tip, end), shorter**2)
+        return _lowered(given, scene.s, found, (begin, tip, end), shorter**2)
     begin, end = tip - shorter * (tip - begin), tip + shorter * (end - tip)
     worst = _worst(begin, tip, end, over)
     begin, tip, end = begin[worst], tip[worst], end[worst]
-    return _lowered(given, scene.s, q, (begin, tip, end), (scene.time(begin, end) / scene.period) ** 2)
+    return _lowered(given, scene.s, found, (begin, tip, end), (scene.time(begin, end) / scene.period) ** 2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -407,14 +407,14 @@ def _worst(begin: Floats, tip: Floats, end: Floats, over: Floats) -> Ints:
 
 
 def _lowered(
-    given: Intervals, s: Floats, q: Floats, places: tuple[Floats, Floats, Floats], part: Floats
+    given: Intervals, s: Floats, found: Solution, places: tuple[Floats, Floats, Floats], part: Floats
 ) -> Intervals:
     """Return intervals whose bounds of q are parts of the q that they have, under chords.
 
     Args:
         given: The intervals.
         s: Shape (n + 1,), way at the nodes of the first of them.
-        q: Shape (≥ n, 3), their ordinates.
+        found: Their solution, and maybe more.
         places: Shape (k,) each, between which ways bounds are lowered, and a way between.
         part: Shape (k,), the part of q.
     """
@@ -426,10 +426,11 @@ def _lowered(
     first = np.minimum(np.searchsorted(middle, begin), within)
     last = np.maximum(np.searchsorted(middle, end, side="right"), within + 1)
     chord, at = ranges(first, np.maximum(last - first, 0))
-    here = q[:n]
-    values = np.stack([here[:, 0], 0.25 * (here[:, 0] + 2.0 * here[:, 1] + here[:, 2]), here[:, 2]], axis=1)
+    here, spline = found.q[:n], given.kind[:n] == SPLINE
     # Beside a rest, the bound is that of the moving end.
-    values = np.where((given.kind[:n] == SPLINE)[:, None], values, max_over_axes(here)[:, None])
+    values = np.repeat(max_over_axes(here)[:, None], 3, axis=1)
+    values[spline, ::2] = here[spline, ::2]
+    values[spline, 1] = middles(given.h[:n][spline], here[spline], found.way[:n][spline])
     top, top_limit, node_top = given.top.copy(), given.top_limit.copy(), given.node_top.copy()
     curved = given.kind[at] != LINE
     chord, at = chord[curved], at[curved]
@@ -437,9 +438,9 @@ def _lowered(
     top_limit[at] = Limit.CHORD
     first, last = np.searchsorted(s[:-1], begin), np.searchsorted(s[:-1], end, side="right")
     chord, at = ranges(first, last - first)
-    moving = q[at, 0] > 0.0
+    moving = here[at, 0] > 0.0
     chord, at = chord[moving], at[moving]
-    np.minimum.at(node_top, at, part[chord] * q[at, 0])
+    np.minimum.at(node_top, at, part[chord] * here[at, 0])
     return replace(given, top=top, top_limit=top_limit, node_top=node_top)
 
 

@@ -18,7 +18,6 @@ from cncgen.kernels import along_path as kernel
 from cncgen.kernels import node_places
 from cncgen.planner.least_time.corners import Corners, nearest
 from cncgen.planner.limits.axis_limits import AxisLimits, along_path, lowered, resolution
-from cncgen.planner.limits.speed_changes import change_time
 from cncgen.toolpath.record import Kind
 
 Floats = NDArray[np.float64]
@@ -46,7 +45,7 @@ class TooManyNodesError(Exception):
 #: which the acceleration ramps up from 0 to its limit; and of a panel of the path (docs/arc-length.md).
 _OF_RADIUS, _OF_RAMP, _OF_PANEL = 0.08, 0.2, 1.3
 #: Largest growth of the spacing per length along the path.
-_GROWTH = 0.2
+_GROWTH = 0.25
 #: Turn of the direction over a panel, or a part of one, rad, below which the path is straight there except for rounding.
 _NO_TURN = 1e-9
 #: Length of the interval beside a rest: the least of these parts of the distance in which full jerk reaches full acceleration, of
@@ -56,8 +55,6 @@ _FIRST, _SLOW, _BEND, _PART = 0.125, 0.075, 0.005, 1.0 / 60.0
 _BRIEF = 0.002
 #: The end of a jump's zone gets no node of its own if another node is nearer than this part of the zone.
 _NARROW = 0.2
-#: Spacing next to the interval beside a rest, as a part of that: there v, and so the jerk of a constant q'', changes fastest.
-_NEXT = 0.25
 #: A bend slows the motion down if its speed is below this part of what is reached from the rest before it; and a bound of the
 #: logarithms of speeds, by which `_bends` keeps rests apart.
 _LOWER, _LOGS = 0.7, 100.0
@@ -111,9 +108,8 @@ def placed(
     before, after = _first(bounds, corners, sides, lines, tops, _bends(shape, probes, corners))
     first = np.minimum(before, after)
     tight = np.flatnonzero((corners.stop & np.isfinite(first)) | (corners.zone > 0))
-    beside = np.where(corners.stop, _NEXT * first, _beside(bounds, corners, sides))[tight]
+    beside = np.where(corners.stop, first, _beside(bounds, corners, sides))[tight]
     spacing, least = _spacing(shape, panels, _steps(shape, at, *tops)), _seen(bounds, x[1], probes)
-    growth = _growth(shape, probes, _slow_places(corners))
     borders = _borders(corners, before, after, lines)
     whole = lines[np.searchsorted(corners.s, borders[:-1], side="right") - 1] | _beside_rest(corners, borders)
 
@@ -121,7 +117,7 @@ def placed(
         """Return the nodes of the block, so many times as close."""
         wanted = np.maximum(spacing / closer, least)
         wanted[at[tight]] = np.minimum(wanted[at[tight]], beside)
-        return spread_nodes(*graded(probes, wanted, growth / closer), borders, whole)
+        return spread_nodes(*graded(probes, wanted, _GROWTH / closer), borders, whole)
 
     if coarse:
         return nodes(COARSE)
@@ -351,21 +347,7 @@ def _probes(path: Path, corners: Corners, seen: float) -> tuple[Floats, Floats]:
     return np.append(inner.ravel(), borders[-1]), there
 
 
-def _growth(shape: tuple[Floats, ...], s: Floats, low: Floats) -> Floats:
-    """Return the growth of the spacing between neighbouring places: half of it where a motion from or to a low
-    speed gains it.
-
-    A constant q'' has full jerk at the faster end of an interval alone, and v changes fastest there.
-    """
-    acceleration, jerk, *_, top = shape
-    if not len(low):
-        return np.full(len(s) - 1, _GROWTH)
-    speed = np.sqrt(top)
-    near = np.abs(s - low[nearest(low, s)]) <= 0.5 * speed * change_time(speed, acceleration, jerk)
-    return np.where(near[:-1] | near[1:], 0.5 * _GROWTH, _GROWTH)
-
-
-def graded(s: Floats, spacing: Floats, growth: Floats) -> tuple[Floats, Floats]:
+def graded(s: Floats, spacing: Floats, growth: float) -> tuple[Floats, Floats]:
     """Lower the spacing so that it grows by at most `growth` per length along the path, in both directions.
 
     Between places whose spacing differs by much it grows from the smaller one as fast as it may, up to the larger one:
@@ -374,14 +356,13 @@ def graded(s: Floats, spacing: Floats, growth: Floats) -> tuple[Floats, Floats]:
     Args:
         s: Shape (n,), places, ascending.
         spacing: Shape (n,), largest spacing there.
-        growth: Shape (n − 1,), between them.
+        growth: Largest growth.
 
     Returns:
         Places, those inserted among them, and the spacing there.
     """
-    grown = np.concatenate([[0.0], np.cumsum(growth * np.diff(s))])
     fine, out = np.empty((2, 3 * len(s)))
-    count = node_places.graded(s, spacing, lowered(spacing, grown), growth, fine, out)
+    count = node_places.graded(s, spacing, lowered(spacing, growth * s), growth, fine, out)
     return fine[:count], out[:count]
 
 

@@ -1,6 +1,6 @@
 """A solution (q by s) as pieces in time (s by t), each in closed form; between `problem` and `rolling_window`.
 
-On the spline s''' = c s', beside a rest and on straight lines from rest to rest the jerk is constant (`Profile`).
+The jerk along the path is constant on each of them (`Profile`).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from cncgen.kernels import planned_motion, seven_phase
 from cncgen.planner.least_time.mesh import LINE
-from cncgen.planner.least_time.problem import Intervals
+from cncgen.planner.least_time.problem import Intervals, Solution
 from cncgen.planner.limits.axis_limits import along_path
 from cncgen.planner.record import Limit, Profile
 
@@ -49,22 +49,22 @@ class MotionPieces:
         return Profile(t, s, v, a, j, c, self.limit[:count]), owner
 
 
-def pieces_of(given: Intervals, q: Floats, limit: NDArray[np.int8]) -> MotionPieces:
-    """Turn ordinates of q = v² into pieces.
+def pieces_of(given: Intervals, found: Solution) -> MotionPieces:
+    """Turn q = v² into pieces.
 
-    On a spline interval with ordinates b0, b1, b2: v² = b0, a = q'/2 = (b1 − b0)/h, c = q''/2 = (b0 − 2 b1 + b2)/h². As
-    v'' = c v, the duration is 2 artanh(x)/√c with x = √c h/(v0 + v1), artan for c < 0 (docs/least-time.md). From rest,
-    v = j t²/2 and s = j t³/6 give t = 3 h/v and j = 2 v/t². A line from rest to rest has up to seven pieces.
+    On a spline interval with speeds v0, v1 and accelerations a0, a1 the duration is 2 h/(m + √(m² − (a1 − a0) h/3)) with the mean speed m
+    (docs/least-time.md). From rest, v = j t²/2 and s = j t³/6 give t = 3 h/v and j = 2 v/t². A line from rest to rest has up to seven
+    pieces.
 
     Args:
         given: The n intervals.
-        q: Shape (n, 3), ordinates.
-        limit: Shape (n,), int8.
+        found: Their solution.
     """
     n, h, kind = len(given), given.h, given.kind
     lines = np.flatnonzero(kind == LINE)
     out = np.zeros((6, n))
-    planned_motion.pieces(kind, h, q, out[1:])
+    planned_motion.pieces(kind, h, found.q, found.way, out[1:])
+    limit = found.limit
     count = np.ones(n, np.int64)
     if not len(lines):
         place, duration, v, a, j, c = out

@@ -15,7 +15,13 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.kernels import least_time, least_time_intervals, least_time_problem, least_time_rows
+from cncgen.kernels import (
+    least_time,
+    least_time_intervals,
+    least_time_problem,
+    least_time_rows,
+    least_time_ways,
+)
 from cncgen.planner.least_time.mesh import ENTER, LINE, SPLINE, Mesh
 from cncgen.planner.record import Limit
 
@@ -50,6 +56,10 @@ _BELOW = 0.95
 #: A result is confirmed when solving again changes its time by less than this part; and how often that is tried at most. Each
 #: time the difference becomes about a thousand times smaller, so what is left is about 10⁻¹¹.
 _STAYS, _AGAIN = 1e-8, 6
+#: Ways are settled when none changes by more than this part of its interval; and how often that is tried at most.
+_AGREED, _SETTLINGS = 1e-13, 60
+#: The part of the bound of q by the path and the feed below which another bound is meant.
+_LOWER = 0.9
 #: A row binds if its slack is below this part of its limit.
 _NEAR = 0.02
 
@@ -115,8 +125,9 @@ class Solution:
     """q = v² on each interval of a problem.
 
     Attributes:
-        q: Shape (n, 3): Bézier ordinates of q on a spline interval; where it leaves or enters rest, q at both ends
-            (first and last column).
+        q: Shape (n, 3): q at the start of a spline interval, where the tangents of q at both ends meet, and at its end; where the
+            interval leaves or enters rest, q at both ends (first and last column).
+        way: Shape (n,), mm from the start of each spline interval to where the tangents meet.
         limit: Shape (n,), int8, the `Limit` that is nearest on the interval.
         time: Time of all, s.
         unfelt: How many intervals at the start do not depend on where the row ends: these are final.
@@ -125,6 +136,7 @@ class Solution:
     """
 
     q: Floats
+    way: Floats
     limit: NDArray[np.int8]
     time: float
     unfelt: int
@@ -138,7 +150,7 @@ class SplineColumns:
 
     Attributes:
         at: Shape (n,), their numbers among the intervals.
-        h, ends, extra, box, sway: See `cncgen.kernels.least_time` and `cncgen.kernels.least_time_rows`.
+        h, extra, box, tilt, sway: See `cncgen.kernels.least_time` and `cncgen.kernels.least_time_rows`.
         edge: Shape (n, 2), largest q at both ends.
         held_right: Shape (n,), where acceleration must be held at the right end too.
         x3_excess: Shape (n, axes), as in `Mesh`.
@@ -147,9 +159,9 @@ class SplineColumns:
 
     at: NDArray[np.int64]
     h: Floats
-    ends: Floats
     extra: Floats
     box: Floats
+    tilt: Floats
     sway: Floats
     edge: Floats
     held_right: NDArray[np.int8]
@@ -167,7 +179,7 @@ def solve(
 
     Args:
         given: The intervals; the last one enters rest, the first one leaves it unless `state` says otherwise.
-        state: q at the start and the middle ordinate of the first interval, where the motion is under way there.
+        state: q and q'/2 at the start, where the motion is under way there.
         known: Shape (k,), middle ordinates of an earlier plan for the first intervals, to start from.
         settled: Whether the result is confirmed (`confirmed`) even if the run did not stall.
 
@@ -176,7 +188,12 @@ def solve(
     """
     if not (given.kind == SPLINE).any():
         return Solution(
-            np.zeros((len(given), 3)), np.full(len(given), Limit.JERK, np.int8), 0.0, len(given), True
+            np.zeros((len(given), 3)),
+            np.zeros(len(given)),
+            np.full(len(given), Limit.JERK, np.int8),
+            0.0,
+            len(given),
+            True,
         )
     columns = spline_columns(given, state)
     found: list[Solution] = []
@@ -195,28 +212,29 @@ def solve(
     return min(found, key=lambda each: (not each.converged, each.time))
 
 
-def profile(given: Intervals) -> tuple[Floats, Floats]:
-    """Return ordinates of q that rise and fall with full jerk from rest to rest, and what bounds them at their ends.
+def profile(given: Intervals) -> tuple[Floats, Floats, Floats]:
+    """Return a motion that rises and falls with full jerk from rest to rest, and what bounds q at their ends.
 
     Args:
         given: The intervals, at least one of them on the spline.
 
     Returns:
-        Shape (n, 3), as in `Solution`, and the largest q at both ends of spline intervals, shape (k, 2).
+        q and ways, as in `Solution`, and the largest q at both ends of spline intervals, shape (k, 2).
     """
     columns = spline_columns(given, None)
     kernel = _kernel(columns, None)
     _Start(_STARTS[0]).fill(kernel, columns, None)
-    return ordinates(given, columns.at, columns.ends, np.asarray(kernel.c)), columns.edge
+    least_time_ways.agree(kernel, _AGREED, _SETTLINGS)
+    return *_motion(given, columns.at, kernel), columns.edge
 
 
 def spline_columns(given: Intervals, state: tuple[float, float] | None) -> SplineColumns:
     """Return the spline intervals of a row that starts at rest or in a state of motion."""
     at = np.flatnonzero(given.kind == SPLINE)
     count = len(at)
-    ends, extra, box, edge = (np.empty((count, columns)) for columns in (4, 2, 3, 2))
-    sway, held_right = np.empty((count, 2)), np.empty(count, np.int8)
-    least_time_intervals.ends(given.kind, given.h, at, state is not None, ends, extra)
+    extra, box, edge, sway = (np.empty((count, columns)) for columns in (2, 3, 2, 2))
+    tilt, held_right = np.empty(count), np.empty(count, np.int8)
+    least_time_intervals.ends(given.kind, given.h, at, state is not None, extra)
     least_time_intervals.bounds(
         given.kind,
         given.h,
@@ -230,6 +248,7 @@ def spline_columns(given: Intervals, state: tuple[float, float] | None) -> Splin
         given.limits,
         at,
         box,
+        tilt,
         edge,
         sway,
         held_right,
@@ -240,16 +259,14 @@ def spline_columns(given: Intervals, state: tuple[float, float] | None) -> Splin
     pick = slice(at[0], at[-1] + 1) if at[-1] - at[0] < count else at
     shape = (given.x1[pick], given.x2[pick], given.x3[pick], given.limits, given.factor[pick])
     return SplineColumns(
-        at, given.h[pick], ends, extra, box, sway, edge, held_right, given.x3_excess[pick], shape
+        at, given.h[pick], extra, box, tilt, sway, edge, held_right, given.x3_excess[pick], shape
     )
 
 
 def _kernel(columns: SplineColumns, state: tuple[float, float] | None) -> least_time_problem.Problem:
     """Return the problem as the kernels take it, without unknowns and rows."""
     free = 1 if state is None else 2
-    return least_time_problem.Problem(
-        free, columns.h, columns.ends, columns.extra, *columns.shape, columns.x3_excess
-    )
+    return least_time_problem.Problem(free, columns.h, columns.extra, *columns.shape, columns.x3_excess)
 
 
 @dataclass(frozen=True, slots=True)
@@ -272,7 +289,8 @@ class _Start:
         """Fill the unknowns of a row that starts at rest or in a state of motion."""
         c, free = np.asarray(kernel.c), kernel.free
         if state is not None:
-            c[:2] = state
+            c[0], kernel.start = state
+            c[1] = c[0] + 2.0 * kernel.start * kernel.way[0]
         least_time_rows.start(kernel, columns.edge, self.part)
         # At its edges the profile exceeds the jerk limit by far: rounded off it needs fewer iterations.
         least_time_rows.rounded(kernel, _ROUNDINGS, _RAISED)
@@ -341,19 +359,19 @@ def run_from(
     """
     kernel = _kernel(columns, state)
     start.fill(kernel, columns, state)
-    least_time_rows.build(kernel, columns.box, columns.sway, columns.held_right)
+    least_time_rows.build(kernel, columns.box, columns.tilt, columns.sway, columns.held_right)
     if thinned:
         least_time_rows.thin(kernel, _REACH, FAR)
     report, change = np.zeros(6), np.zeros(len(columns.at) + 2)
     status = least_time.solve(kernel, GAP if settled else ROUGH_GAP, SLACK, MOST, report, change)
     held = bool(report[2] < SLACK and 0.0 < report[5] < 1.0 + SLACK and report[4] < _STALLED * report[0])
-    q = ordinates(given, columns.at, columns.ends, np.asarray(kernel.c))
+    q, way = _motion(given, columns.at, kernel)
     limit = _binding(given, columns, kernel)
     unfelt = 0
     if status >= 0 or held:
         unfelt = _unfelt(columns.at, np.abs(change[1:-1]))
     left = 0.0 if status == 0 else float(report[1] / report[0]) if status == 1 else np.inf
-    return SolverRun(Solution(q, limit, float(report[0]), unfelt, status >= 0 or held), left)
+    return SolverRun(Solution(q, way, limit, float(report[0]), unfelt, status >= 0 or held), left)
 
 
 def _unfelt(spline: NDArray[np.int64], change: Floats) -> int:
@@ -370,11 +388,35 @@ def _unfelt(spline: NDArray[np.int64], change: Floats) -> int:
     return int(spline[np.argmax(change > _FELT * largest)]) if largest > 0.0 else 0
 
 
-def ordinates(given: Intervals, spline: NDArray[np.int64], ends: Floats, c: Floats) -> Floats:
-    """Return the ordinates of q on all intervals, shape (n, 3)."""
-    q = np.zeros((len(given), 3))
-    least_time_intervals.ordinates(given.kind, spline, ends, c, q)
-    return q
+def _motion(
+    given: Intervals, spline: NDArray[np.int64], kernel: least_time_problem.Problem
+) -> tuple[Floats, Floats]:
+    """Return q and the ways on all intervals, as in `Solution`."""
+    q, way = np.zeros((len(given), 3)), np.zeros(len(given))
+    least_time_intervals.ordinates(given.kind, spline, kernel.ends, kernel.c, q)
+    way[spline] = kernel.way
+    return q, way
+
+
+def slopes(h: Floats, q: Floats, way: Floats) -> tuple[Floats, Floats]:
+    """Return the accelerations q'/2 at both ends of spline intervals, shape (n,) each, mm/s².
+
+    Args:
+        h: Shape (n,), lengths.
+        q, way: As in `Solution`.
+    """
+    return (q[:, 1] - q[:, 0]) / (2.0 * way), (q[:, 2] - q[:, 1]) / (2.0 * (h - way))
+
+
+def middles(h: Floats, q: Floats, way: Floats) -> Floats:
+    """Return q in the middle of spline intervals, shape (n,): the cubic of s with the slopes at its ends (docs/least-time.md).
+
+    Args:
+        h: Shape (n,), lengths.
+        q, way: As in `Solution`.
+    """
+    one, other = slopes(h, q, way)
+    return q[:, 0] + h * one + (0.75 * h - way) * (other - one)
 
 
 def _binding(
@@ -384,7 +426,12 @@ def _binding(
     margin, closest = np.ones(len(columns.at)), np.zeros(len(columns.at), np.int8)
     least_time_rows.nearest(kernel, margin, closest)
     names = np.array([Limit.FEED, Limit.ACCELERATION, Limit.JERK], np.int8)[closest]
-    names = np.where(closest == least_time.BOX, given.top_limit[columns.at], names)
+    # Beside a rest the bound of q may be that of full jerk from there.
+    bound = given.top_limit[columns.at]
+    rests = (columns.extra > 0.0).any(axis=1) & (
+        columns.edge.min(axis=1) < _LOWER * given.top[columns.at].min(axis=1)
+    )
+    names = np.where(closest == least_time.BOX, np.where(rests, np.int8(Limit.JERK), bound), names)
     out = np.full(len(given), Limit.JERK, np.int8)
     out[columns.at] = np.where(margin < _NEAR, names, Limit.NONE)
     return out

@@ -53,9 +53,8 @@ class RollingWindow:
         bounds: Limits.
         meshes: In order; of the first, the intervals from `used` on are still open.
         used: Intervals of the first mesh that are handed on.
-        state: q there and the middle ordinate of q on it, where the motion is under way; None at rest.
-        reserve: Ordinates and limits of the last plan for the first open intervals, down to a stop: a plan that is always
-            there to fall back on.
+        state: q and q'/2 there, where the motion is under way; None at rest.
+        reserve: The last plan for the first open intervals, down to a stop: always there to fall back on.
         wanted: Number of open intervals at which the window is planned next.
         unsettled: Number of intervals whose solutions are still to be confirmed (`_SETTLED`).
     """
@@ -64,7 +63,7 @@ class RollingWindow:
     meshes: list[Mesh] = field(default_factory=list)
     used: int = 0
     state: tuple[float, float] | None = None
-    reserve: tuple[Floats, NDArray[np.int8]] | None = None
+    reserve: Solution | None = None
     wanted: int = SIZE
     unsettled: int = _SETTLED
 
@@ -131,11 +130,11 @@ class RollingWindow:
         """
         course = MeshPath(self._parts(len(given)), self.bounds)
         for left in range(_ROUNDS, -1, -1):
-            pieces = pieces_of(given, solution.q, solution.limit)
+            pieces = pieces_of(given, solution)
             if solution.fallback or not left:
                 break
             count = len(given) if stands else max(1, solution.unfelt)
-            lower = held(given, course, pieces, solution.q, count, left <= _EVERYWHERE)
+            lower = held(given, course, pieces, solution, count, left <= _EVERYWHERE)
             if lower is None:
                 break
             known = _SLOWER * np.minimum(solution.q[:, 1], lower.top.min(axis=1))
@@ -185,25 +184,25 @@ class RollingWindow:
         Returns:
             The solution, maybe for fewer intervals, and whether the stop at its end is a real one.
         """
-        q, limit = self.reserve or (np.zeros((0, 3)), np.zeros(0, np.int8))
-        known = q[:, 1] if self.reserve else None
+        known = self.reserve.q[:, 1] if self.reserve else None
+        least = len(self.reserve.q) if self.reserve else 0
         stops = False
         while True:
             solution = solve(given, self.state, known, settled=self.unsettled > 0)
             if solution.converged:
                 return solution, stops
-            before = self._stop_for(given, len(q), solution)
+            before = self._stop_for(given, least, solution)
             stops = before > 0
-            fewer = before or _stop_before(given.kind, (len(given) + len(q)) // 2)
-            if fewer <= len(q):
+            fewer = before or _stop_before(given.kind, (len(given) + least) // 2)
+            if fewer <= least:
                 if self.reserve:
-                    return Solution(q, limit, 0.0, 0, True, fallback=True), False
+                    return self.reserve, False
                 return time_scaled(given), False
             given = given.head(fewer)
 
     def _stop_for(self, given: Intervals, least: int, found: Solution) -> int:
         """Return after how many intervals, more than `least`, to stop for a place that no motion can pass (`obstacle`); 0 for none."""
-        place = obstacle(given, found.q, self.bounds.period_s)
+        place = obstacle(given, found, self.bounds.period_s)
         before = _stop_before(given.kind, place)
         return before if least < before < len(given) - 2 and place - before <= _BESIDE else 0
 
@@ -222,8 +221,13 @@ class RollingWindow:
                 self.used = 0
         self.state, self.reserve = None, None
         if final < n and given.kind[final] == SPLINE:
-            self.state = (float(solution.q[final, 0]), float(solution.q[final, 1]))
-            self.reserve = (solution.q[final:].copy(), solution.limit[final:].copy())
+            self.state = (float(pieces.v[pieces.offset[final]] ** 2), float(pieces.a[pieces.offset[final]]))
+            q, way, limit = (
+                solution.q[final:].copy(),
+                solution.way[final:].copy(),
+                solution.limit[final:].copy(),
+            )
+            self.reserve = Solution(q, way, limit, 0.0, 0, True, fallback=True)
         elif final == n and self.meshes and self.meshes[0].kind[self.used] == SPLINE:
             # The window could not be planned beyond this place, so the motion stops here, and the next mesh leaves a rest.
             self.meshes[0].kind[self.used] = LEAVE

@@ -7,12 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.polynomial import Polynomial
 
 import cncgen
 from cncgen.planner.least_time import rolling_window
 from cncgen.planner.least_time.mesh import SPLINE
-from cncgen.planner.least_time.problem import Intervals, Solution
+from cncgen.planner.least_time.problem import Intervals, Solution, slopes
 from cncgen.planner.least_time.time_scaling import obstacle, time_scaled
 from cncgen.setpoints import sample
 from tests.planner.least_time.test_least_time_kernel import wave
@@ -26,44 +25,52 @@ def kinked(at: int, jerk: float) -> Intervals:
     return replace(given, x3=x3)
 
 
-def dense(given: Intervals, q: np.ndarray) -> tuple[float, float]:
-    """Return the largest parts of the limits of acceleration and jerk, by polynomials through the ordinates at 1001 places."""
-    u = np.linspace(0.0, 1.0, 1001)
+def dense(given: Intervals, found: Solution) -> tuple[float, float]:
+    """Return the largest parts of the limits of acceleration and jerk at 1001 places of intervals of constant jerk."""
     acceleration, jerk = [], []
-    for k in np.flatnonzero(given.kind == SPLINE):
-        b0, b1, b2 = q[k]
-        square = Polynomial([b0, 2.0 * (b1 - b0), b0 - 2.0 * b1 + b2])
-        value, slope, bend = (square.deriv(m)(u) / given.h[k] ** m for m in range(3))
-        for axis, (a, j) in enumerate(given.limits.T):
+    spline = np.flatnonzero(given.kind == SPLINE)
+    before, after = slopes(given.h, found.q, np.where(given.kind == SPLINE, found.way, 0.5 * given.h))
+    for k in spline:
+        h, v, a, gain = given.h[k], np.sqrt(found.q[k, 0]), before[k], after[k] - before[k]
+        # h = (v₀ + v₁) T/2 − (a₁ − a₀) T²/12.
+        mean = 0.5 * (v + np.sqrt(found.q[k, 2]))
+        time = min(x.real for x in np.roots([-gain / 12.0, mean, -h]) if x.real > 0.0)
+        t = np.linspace(0.0, time, 1001)
+        along = gain / time
+        speed, slope = v + (a + 0.5 * along * t) * t, a + along * t
+        u = (v + (0.5 * a + along * t / 6.0) * t) * t / h
+        assert u[-1] == pytest.approx(1.0, rel=1e-9)
+        assert speed[-1] ** 2 == pytest.approx(found.q[k, 2], rel=1e-9)
+        for axis, (most, most_jerk) in enumerate(given.limits.T):
             x1, x2, x3 = (
                 np.polyval(np.polyfit([0.0, 0.5, 1.0], x[k, :, axis], 2), u)
                 for x in (given.x1, given.x2, given.x3)
             )
-            acceleration.append(np.abs(x2 * value + 0.5 * x1 * slope).max() / a)
-            jerk.append(np.abs((x3 * value + 1.5 * x2 * slope + 0.5 * x1 * bend) * np.sqrt(value)).max() / j)
+            acceleration.append(np.abs(x2 * speed**2 + x1 * slope).max() / most)
+            jerk.append(np.abs((x3 * speed**2 + 3.0 * x2 * slope) * speed + x1 * along).max() / most_jerk)
     return max(acceleration), max(jerk)
 
 
 @pytest.mark.parametrize("jerk", [0.0, 1e6, 1e14])
 def test_a_creep_holds_every_limit(jerk: float) -> None:
     given = kinked(20, jerk)
-    q = time_scaled(given).q
-    acceleration, jerks = dense(given, q)
+    found = time_scaled(given)
+    acceleration, jerks = dense(given, found)
     assert max(acceleration, jerks) <= 1.0
     # Of what holds it back it uses most.
     assert max(acceleration, jerks ** (2.0 / 3.0)) > 0.7
-    assert (q.max(axis=1) <= given.top.min(axis=1)).all()
+    assert (found.q.max(axis=1) <= given.top.min(axis=1)).all()
 
 
 def test_what_is_in_the_way_is_where_limits_are_passed_most_and_only_where_the_motion_crawls() -> None:
     given = kinked(20, 1e14)
-    q = time_scaled(kinked(20, 0.0)).q
+    found = time_scaled(kinked(20, 0.0))
     # J T² of 50 mm/s³ a millisecond squared.
-    slow = 0.9 * (50_000.0 * 1e-6) ** 2 / q[20].max()
-    assert obstacle(given, slow * q, 1e-3) == 21
-    assert obstacle(given, 2.0 * slow * q, 1e-3) == 0
+    slow = 0.9 * (50_000.0 * 1e-6) ** 2 / found.q[20].max()
+    assert obstacle(given, replace(found, q=slow * found.q), 1e-3) == 21
+    assert obstacle(given, replace(found, q=2.0 * slow * found.q), 1e-3) == 0
     before = replace(given, x3=np.ascontiguousarray(given.x3[:, ::-1]))
-    assert obstacle(before, slow * q, 1e-3) == 20
+    assert obstacle(before, replace(found, q=slow * found.q), 1e-3) == 20
 
 
 #: A conic that turns within a micrometre of its knot.

@@ -83,7 +83,7 @@ def test_windows_begin_where_there_is_more_than_one_way_on(monkeypatch: pytest.M
         return run
 
     monkeypatch.setattr(problem, "run_from", counted)
-    monkeypatch.setattr(rolling_window, "SIZE", 250)
+    monkeypatch.setattr(rolling_window, "SIZE", 150)
     x = np.arange(0.0, 12.0, 0.2)
     rows = [np.stack([x[:: 1 - 2 * (k % 2)], np.full_like(x, 0.3 * k)], 1) for k in range(60)]
     flat = np.concatenate(rows)
@@ -109,13 +109,13 @@ M2
 
 
 def test_what_stalls_beside_the_optimum_is_tried_again_from_below() -> None:
-    """It had ended at 26.1558 s; starts from 0.3, 0.5, 0.7, 0.8, 0.9 and 0.95 of the profile all end at 26.147005 s."""
+    """It had ended 0.03 % later; starts from 0.3, 0.5, 0.7, 0.8, 0.9 and 0.95 of the profile all end at 26.143327 s."""
     axes = {
         letter: Axis(letter, v, 10.0 * v, 250.0 * v) for letter, v in (("X", 6.0), ("Y", 20.0), ("Z", 20.0))
     }
     machine = Machine("slow", MappingProxyType(axes), 1e-3, 1e-3, 0.01)
     *_, last = plan(read_text(CUSP, "cusp.nc").chunks(), machine)
-    assert last.profile.t[-1] == pytest.approx(26.147005, rel=1e-6)
+    assert last.profile.t[-1] == pytest.approx(26.143327, rel=1e-6)
 
 
 @pytest.mark.usefixtures("small")
@@ -183,12 +183,17 @@ def test_the_windows_of_a_short_program_are_solved_until_their_time_stays(
     assert [settled for _, settled in asked] == (before < 1000).tolist()
 
 
-@pytest.mark.parametrize("x", [-3.0, -0.2, -1e-4, 0.0, 1e-5, 0.3, 0.9])
-def test_stretched_is_the_time_on_a_parabola(x: float) -> None:
-    """artanh(√x)/√x = ∫ du / (1 − x u²) over 0 … 1."""
-    u, weight = np.polynomial.legendre.leggauss(60)
-    u, weight = 0.5 + 0.5 * u, 0.5 * weight
-    assert planned_motion.parabola_time(x) == pytest.approx(np.sum(weight / (1.0 - x * u * u)), rel=1e-12)
+@pytest.mark.parametrize(
+    ("a", "j"), [(0.0, 0.0), (30.0, 0.0), (30.0, 900.0), (-20.0, 700.0), (-15.0, -20.0), (0.0, -60.0)]
+)
+def test_an_interval_of_constant_jerk_takes_its_time(a: float, j: float) -> None:
+    """v = v₀ + a t + j t²/2 over 0.3 s; its tangents of v² at both ends meet where they do."""
+    t, v0 = 0.3, 7.0
+    v1, a1, h = v0 + a * t + 0.5 * j * t**2, a + j * t, v0 * t + 0.5 * a * t**2 + j * t**3 / 6.0
+    way = (v1**2 - v0**2 - 2.0 * a1 * h) / (2.0 * (a - a1)) if j else 0.5 * h
+    q, out = np.array([[v0**2, v0**2 + 2.0 * a * way, v1**2]]), np.zeros((5, 1))
+    planned_motion.pieces(np.zeros(1, np.int8), np.array([h]), q, np.array([way]), out)
+    assert out[:, 0] == pytest.approx([t, v0, a, j, 0.0], rel=1e-9, abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -221,7 +226,9 @@ def test_what_stalled_or_is_to_be_confirmed_is_tried_again_until_it_stays(
     shorter one of the first and the last is taken.
     """
     runs = [
-        problem.SolverRun(problem.Solution(np.zeros((1, 3)), np.zeros(1, np.int8), time, 0, True), left)
+        problem.SolverRun(
+            problem.Solution(np.zeros((1, 3)), np.zeros(1), np.zeros(1, np.int8), time, 0, True), left
+        )
         for time, left in zip(times, lefts, strict=True)
     ]
     following = iter(runs[1:])
