@@ -7,7 +7,7 @@
 import cython
 from cython.cimports.cncgen.kernels.least_time_matrix import survey
 from cython.cimports.cncgen.kernels.least_time_problem import (
-    A0, A1, A2, B, D, END, LANES, MOTION, PART, ROOT, ROWS, SCALE, W0, W1, Problem, find_runs, size,
+    A0, A1, A2, B, D, END, FIXED, LANES, MOTION, PARABOLA, PART, ROOT, ROWS, SCALE, W0, W1, Problem, find_runs, size,
     vectorized,
 )  # fmt: skip
 from cython.cimports.libc.math import cbrt, fabs, sqrt
@@ -226,6 +226,7 @@ def build(
     problem: Problem,
     box: cython.double[:, ::1],
     tilt: cython.double[::1],
+    bent: cython.char[::1],
     sway: cython.double[:, ::1],
     held_right: cython.char[::1],
 ) -> cython.void:
@@ -235,6 +236,7 @@ def build(
         problem: Without rows.
         box: Shape (n, 3): largest q at the left end, for the middle ordinate, and at the right end (infinite: none).
         tilt: Shape (n,): how fast the bound of the middle ordinate rises with the way that it stands for.
+        bent: Shape (n,): whether q is a parabola there in any case, as the bound is that of one.
         sway: Shape (n, 2): largest |q′|/2 at the left and at the right end (infinite: none).
         held_right: Shape (n,): 1 where acceleration must be held at the right end too (the next interval does not start
             with the same derivatives).
@@ -247,6 +249,8 @@ def build(
         for k in range(problem.n):
             problem.middle[k, 0] = box[k, 1]
             problem.middle[k, 1] = tilt[k]
+            if bent[k]:
+                problem.fixed[k // LANES * FIXED + k % LANES + PARABOLA] = 1.0
         for a in range(axes):
             for k in range(problem.n):
                 idle[a, k] = _idle(problem, k, a)

@@ -101,7 +101,14 @@ def case(monkeypatch: pytest.MonkeyPatch, compiled: bool = True, smooth: bool = 
         # Tangents that meet anywhere.
         np.asarray(problem.fixed).reshape(-1, 21, 32)[:, 14] *= rng.uniform(0.6, 1.4, (2, 32))
         numbers.lay(problem)
-    rows.build(problem, np.full((N, 3), np.inf), np.zeros(N), np.full((N, 2), np.inf), np.zeros(N, np.int8))
+    rows.build(
+        problem,
+        np.full((N, 3), np.inf),
+        np.zeros(N),
+        np.zeros(N, np.int8),
+        np.full((N, 2), np.inf),
+        np.zeros(N, np.int8),
+    )
     matrix.survey(problem)
     return Case(rows, matrix, passes, problem)
 
@@ -217,7 +224,9 @@ def test_the_time_without_limits_is_that_of_the_bound(monkeypatch: pytest.Monkey
         np.zeros((N, AXES)),
     )  # fmt: skip
     box = np.full((N, 3), 400.0)
-    least_time_rows.build(problem, box, np.zeros(N), np.full((N, 2), np.inf), np.zeros(N, np.int8))
+    least_time_rows.build(
+        problem, box, np.zeros(N), np.zeros(N, np.int8), np.full((N, 2), np.inf), np.zeros(N, np.int8)
+    )
     problem.c[:] = 100.0
     problem.c[0] = problem.c[N + 1] = 400.0
     report = np.zeros(6)

@@ -53,7 +53,7 @@ _SHARP = 0.3
 _EXCESS = 2.5
 #: Quarter points are compared where the bounds of q on an interval are off a line by more than this part of the least: beside a kink an
 #: eighth of that is the most by which the bound is passed, so half as much of it in v.
-_BENT = 0.008
+BENT = 0.008
 #: The third derivative at the quarter points is taken to be at most this over the square of the length of the interval.
 _BELIEVED = 0.3
 
@@ -292,7 +292,7 @@ def _lower_steep(mesh: Mesh, top_at: TopAt) -> None:
     top = mesh.top
     low, high = top.min(axis=1), top.max(axis=1)
     with np.errstate(invalid="ignore"):
-        bent = np.abs(top[:, 0] - 2.0 * top[:, 1] + top[:, 2]) > _BENT * low
+        bent = np.abs(top[:, 0] - 2.0 * top[:, 1] + top[:, 2]) > BENT * low
     fast = (mesh.top_limit == Limit.VELOCITY) & bent & np.isfinite(high)
     at = np.flatnonzero(fast & (mesh.kind == SPLINE))
     if not len(at):

@@ -22,7 +22,7 @@ from cncgen.kernels import (
     least_time_rows,
     least_time_ways,
 )
-from cncgen.planner.least_time.mesh import ENTER, LINE, SPLINE, Mesh
+from cncgen.planner.least_time.mesh import BENT, ENTER, LINE, SPLINE, Mesh
 from cncgen.planner.record import Limit
 
 Floats = NDArray[np.float64]
@@ -150,7 +150,7 @@ class SplineColumns:
 
     Attributes:
         at: Shape (n,), their numbers among the intervals.
-        h, extra, box, tilt, sway: See `cncgen.kernels.least_time` and `cncgen.kernels.least_time_rows`.
+        h, extra, box, tilt, bent, sway: See `cncgen.kernels.least_time` and `cncgen.kernels.least_time_rows`.
         edge: Shape (n, 2), largest q at both ends.
         held_right: Shape (n,), where acceleration must be held at the right end too.
         x3_excess: Shape (n, axes), as in `Mesh`.
@@ -162,6 +162,7 @@ class SplineColumns:
     extra: Floats
     box: Floats
     tilt: Floats
+    bent: NDArray[np.int8]
     sway: Floats
     edge: Floats
     held_right: NDArray[np.int8]
@@ -259,8 +260,27 @@ def spline_columns(given: Intervals, state: tuple[float, float] | None) -> Splin
     pick = slice(at[0], at[-1] + 1) if at[-1] - at[0] < count else at
     shape = (given.x1[pick], given.x2[pick], given.x3[pick], given.limits, given.factor[pick])
     return SplineColumns(
-        at, given.h[pick], extra, box, tilt, sway, edge, held_right, given.x3_excess[pick], shape
+        at,
+        given.h[pick],
+        extra,
+        box,
+        tilt,
+        _bent(given, at),
+        sway,
+        edge,
+        held_right,
+        given.x3_excess[pick],
+        shape,
     )
+
+
+def _bent(given: Intervals, at: NDArray[np.int64]) -> NDArray[np.int8]:
+    """Tell of intervals whether the bound of q by the velocity of an axis, which the motion may follow, is curved there, shape (k,)."""
+    top = given.top[at]
+    with np.errstate(invalid="ignore"):
+        bend = np.abs(top[:, 0] - 2.0 * top[:, 1] + top[:, 2])
+    out: NDArray[np.int8] = (bend > BENT * top.min(axis=1)) & (given.top_limit[at] == Limit.VELOCITY)
+    return out.astype(np.int8)
 
 
 def _kernel(columns: SplineColumns, state: tuple[float, float] | None) -> least_time_problem.Problem:
@@ -359,7 +379,7 @@ def run_from(
     """
     kernel = _kernel(columns, state)
     start.fill(kernel, columns, state)
-    least_time_rows.build(kernel, columns.box, columns.tilt, columns.sway, columns.held_right)
+    least_time_rows.build(kernel, columns.box, columns.tilt, columns.bent, columns.sway, columns.held_right)
     if thinned:
         least_time_rows.thin(kernel, _REACH, FAR)
     report, change = np.zeros(6), np.zeros(len(columns.at) + 2)

@@ -208,7 +208,12 @@ def test_residual_matrix_and_right_side_are_those_of_the_constraints_as_they_are
     c = 300.0 + 100.0 * np.sin(np.arange(n + 2.0))
     rows.c[:] = c
     least_time_rows.build(
-        rows, np.full((n, 3), np.inf), np.zeros(n), np.full((n, 2), np.inf), np.zeros(n, np.int8)
+        rows,
+        np.full((n, 3), np.inf),
+        np.zeros(n),
+        np.zeros(n, np.int8),
+        np.full((n, 2), np.inf),
+        np.zeros(n, np.int8),
     )
     assert least_time_matrix.survey(rows) == pytest.approx(time_of(given, c, ends, extra), rel=1e-13)
     least_time_passes.set_up(rows, mu)
@@ -380,7 +385,7 @@ def test_thinning_keeps_what_is_near_and_what_is_beside_a_rest() -> None:
     np.asarray(rows.ends)[0, 0] = 0.0
     box, sway = np.full((3, 3), np.inf), np.full((3, 2), np.inf)
     box[:, 0] = 10.0
-    least_time_rows.build(rows, box, np.zeros(3), sway, np.zeros(3, np.int8))
+    least_time_rows.build(rows, box, np.zeros(3), np.zeros(3, np.int8), sway, np.zeros(3, np.int8))
     least_time_rows.thin(rows, 0, 0.5)
     kinds = np.asarray(rows.batches)[: rows.count, 2]
     state = np.asarray(rows.state)[: rows.count, :3]
