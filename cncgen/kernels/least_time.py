@@ -4,22 +4,25 @@
 Called by `cncgen.planner.least_time.problem`. The problem is that of Verscheure et al. (2009) in q = v², with jerk limits as in
 Debrouwere et al. (2013).
 
-Unknown is q(s) = v² as a quadratic spline, by its Bézier middle ordinates: ``c[k + 1]`` belongs to interval `k`, and the
-ordinates at the interval's ends are ``b0 = ends[k,0] c[k] + ends[k,1] c[k+1]`` and ``b2 = ends[k,2] c[k+1] +
-ends[k,3] c[k+2]``. ``c[0]`` and ``c[n+1]`` are given; so is ``c[1]`` where the window starts in motion. Minimised is
+Unknown is q(s) = v² where its tangents at both ends of an interval meet: ``c[k + 1]`` belongs to interval `k`, on which the
+jerk along the path is constant (`cncgen.kernels.least_time_ways`). The values at the interval's ends are ``b0 = ends[k,0] c[k]
++ ends[k,1] c[k+1]`` and ``b2 = ends[k,2] c[k+1] + ends[k,3] c[k+2]``. ``c[0]`` and ``c[n+1]`` are given; so is ``c[1]`` where
+the window starts in motion. Minimised is
 
-    F = Σ h/6 (b0^-1/2 + 4 m^-1/2 + b2^-1/2) + Σ extra0 b0^-1/2 + Σ extra2 b2^-1/2,   m = (b0 + 2 c + b2) / 4,
+    F = Σ h/6 (b0^-1/2 + 4 m^-1/2 + b2^-1/2) + Σ extra0 b0^-1/2 + Σ extra2 b2^-1/2,
 
-subject to rows r ± A·(q, d, κ) ≥ 0 at the ends of the intervals (`cncgen.kernels.least_time_problem`) that each touch three
-neighbours. Hence the Newton matrix has five diagonals, and the work of an iteration is linear in the number of intervals.
+m being q in the middle, subject to rows r ± A·(q, d, κ) ≥ 0 at the ends of the intervals (`cncgen.kernels.least_time_problem`)
+that each touch three neighbours. Hence the Newton matrix has five diagonals, and the work of an iteration is linear in the
+number of intervals.
 
 Rows are awake or asleep, and an iteration takes only those that are awake. Asleep are bounds of q and of the acceleration that
 the iterate is far from; they wake when it comes near (an active-set idea within an interior-point method).
 
 The function r is convex, so its tangent lies below it: a step that holds the linearised constraint holds the constraint itself,
 which is why an iterate never leaves the feasible set (Hunter and Lange (2004), section 3.2, supporting hyperplanes), and slacks
-may be reset to the constraint's value wherever that is larger. Steps are Mehrotra's predictor and corrector (Mehrotra (1992);
-Nocedal and Wright, Numerical Optimization (2006), Algorithm 14.3), with separate lengths for slacks and for multipliers.
+may be reset to the constraint's value wherever that is larger. (Settling the ways moves rows, by less from step to step.) Steps
+are Mehrotra's predictor and corrector (Mehrotra (1992); Nocedal and Wright, Numerical Optimization (2006), Algorithm 14.3),
+with separate lengths for slacks and for multipliers.
 """
 
 import cython

@@ -1,10 +1,8 @@
 # cython: infer_types=True
 """The intervals of a least-time problem, as arrays of a mesh, and as `cncgen.kernels.least_time_problem` takes them.
 
-Called by `cncgen.planner.least_time.problem`. `kind` is that of `cncgen.planner.least_time.mesh`; ``at`` names the spline intervals. The
-ordinate at a node between two intervals of lengths h and h' follows from C1 of the quadratic spline, whose middle ordinates
-are the unknowns: (h' c + h c')/(h + h') (Piegl and Tiller, The NURBS Book (1997), section 5.2: inserting the node as a double
-knot). Beside a rest q' must match that of constant jerk, q ~ s^(4/3), so q' = 4 q/(3 h) (docs/least-time.md).
+Called by `cncgen.planner.least_time.problem`. `kind` is that of `cncgen.planner.least_time.mesh`; ``at`` names the spline intervals.
+Beside a rest q' must match that of constant jerk, q ~ s^(4/3), so q' = 4 q/(3 h) (docs/least-time.md).
 """
 
 import cython

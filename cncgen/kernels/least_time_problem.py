@@ -11,18 +11,22 @@ d = q′/2 and κ = q″/2, at an end of an interval of length h,
     acceleration = x″ q + x′ d,      jerk = (x‴ q + 3 x″ d + x′ κ) q^1/2,
 
 so a row is (A0, A1, A2)·(q, d, κ) there, as a part of its limit, and |A·(q, d, κ)| ≤ r: r = f, or f q^-1/2 for a jerk. A bound
-of q, or of d, is a row as well; that its other side never binds does no harm. With Bézier ordinates b0, b1, b2 on the
-interval d is (b1 − b0)/h at the left end and (b2 − b1)/h at the right one, and κ the difference of both by h. They are
-taken from differences of unknowns, hence have their digits where nodes stand close.
+of q, or of d, is a row as well; that its other side never binds does no harm. With q = b0, b2 at the ends of the interval and
+b1 where the tangents there meet, at the way l, d is (b1 − b0)/2l at the left end and (b2 − b1)/2(h − l) at the right one, and κ
+the difference of both by h; at an end it is `PULL` times that, which rows have in A2. They are taken from differences of
+unknowns, hence have their digits where nodes stand close.
 
 Columns of a batch: `A0`, `A1`, `A2`; `PART`, f; `W0`, `W1`, slacks of r − A·(q, d, κ) and r + A·(q, d, κ); `Y0`, `Y1`, multipliers;
 `DW0`, `DW1`, `DY0`, `DY1`, their steps.
 
-Columns of a block, constant: `E0` to `E3`, b0 = E0 c[k] + E1 c[k+1], b2 = E2 c[k+1] + E3 c[k+2]; d = `LEFT` (c[k+1] − c[k]) + `LEAVE`
-c[k+1] at the left end and `RIGHT` (c[k+2] − c[k+1]) − `ENTER` c[k+1] at the right one; `PACE`, 1/h; `WEIGHT0` to `WEIGHT2`, those
-of q^-1/2 at the left end, in the middle and at the right end in F. Of the motion: `B`, `D`, `K` are q, d, κ, and `DB`, `DD`, `DK` their steps;
-`ROOT`, `SLOPE`, `SIZE` are q^-1/2, its derivative and q^1/2, or 1, 0, 1; `MIDDLE1`, `MIDDLE2` first and second derivative of the middle
-term of F. Sums over the rows: the matrix `M00` to `M22` in (q, d, κ), and two vectors `G`, `H` of three columns each.
+Columns of a block, all but the motion's changed at most where ways are settled: `E0` to `E3`, b0 = E0 c[k] + E1 c[k+1], b2 = E2
+c[k+1] + E3 c[k+2]; d = `LEFT` (c[k+1] − c[k]) + `LEAVE` c[k+1] at the left end and `RIGHT` (c[k+2] − c[k+1]) − `ENTER` c[k+1]
+at the right one; `LENGTH` and `PACE`, h and 1/h; `LIFT`, h (3/4 h − l); `WEIGHT0` to `WEIGHT2`, those of q^-1/2 at the left
+end, in the middle and at the right end in F; `WAY`, l; `RATE`, the mean speed; `PULL` and `HELD`, by which part κ at each end
+differs from the mean, and by which rows have it; `PARABOLA`, 1 where κ is constant instead. Of the motion: `B`, `D`, `K` are q,
+d, κ, and `DB`, `DD`, `DK` their steps; `ROOT`, `SLOPE`, `SIZE` are q^-1/2, its derivative and q^1/2, or 1, 0, 1; `MIDDLE1`,
+`MIDDLE2` first and second derivative of the middle term of F. Sums over the rows: the matrix `M00` to `M22` in (q, d, κ), and
+two vectors `G`, `H` of three columns each.
 """
 
 import cython
@@ -86,7 +90,11 @@ class Problem:
         c: Shape (n + 2,), the unknowns, positive.
         free: Index of the first unknown that may change (1, or 2 where the window starts in motion).
         h: Shape (n,), lengths of the intervals.
+        extra: Shape (n, 2), weight of q^-1/2 at the left and right end beside that of the interval itself: beside a rest.
+        start: q′/2 at the start of a window in motion.
+        way: Shape (n,), l of the intervals.
         ends: Shape (n, 4), E0 to E3 (see above).
+        middle: Shape (n, 2), bound of each unknown, and how fast it rises with the way.
         d1, d2, d3: Shape (n, 3, axes), derivatives of the path at left end, middle and right end.
         limits: Shape (2, axes): acceleration, jerk.
         factor: Shape (n, 2, axes): parts of acceleration and jerk limits that the interval may use.
