@@ -275,7 +275,8 @@ def solve(
         tolerance: Duality gap as a part of F at which to end.
         slack: Part by which a limit may be passed between the ends of an interval.
         most: Iterations at most.
-        report: Shape (6,): F, gap, primal infeasibility, iterations, dual residual, worst ratio between the ends.
+        report: Shape (7,): F, gap, primal infeasibility, iterations, dual residual, worst ratio between the ends, and by which part
+            of its interval a way still changed when they were last settled.
         change: Shape (n + 2,), zeros: becomes dc/dc[n], how the solution follows where its last unknown is pushed, a change of q
             by the change of q at the end. Stays as it is where the matrix lost its positive diagonal by rounding.
 
@@ -292,6 +293,7 @@ def solve(
     eased: cython.Py_ssize_t = _EASED if problem.free > 1 else 0
     f: cython.double = 0.0
     residual: cython.double = 0.0
+    left: cython.double = 0.0
     with cython.nogil:
         agree(problem, _ROUGHLY, _TIMES)
         refit(problem)
@@ -328,13 +330,15 @@ def solve(
             status = 1
         elif status == 1:
             status = -1
-        f = agree(problem, _AGREED, _TIMES)
+        left = agree(problem, _AGREED, _TIMES)
+        f = survey(problem)
     report[0] = f
     report[1] = system.gap
     report[2] = system.broken
     report[3] = iteration
     report[4] = residual
     report[5] = verdict.worst
+    report[6] = left
     with cython.nogil:
         _respond(system, status == 0, change)
     return status

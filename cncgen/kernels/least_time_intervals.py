@@ -19,7 +19,7 @@ _TURN = cython.declare(cython.double, 1e-9)
 _JUMP = cython.declare(cython.double, 1e-4)
 
 
-def ends(
+def beside_rests(
     kind: cython.const[cython.char][::1],
     h: cython.const[cython.double][::1],
     at: cython.const[cython.longlong][::1],
@@ -173,7 +173,7 @@ def ordinates(
 
     Args:
         kind: Shape (n,).
-        at, by: Shape (k,) and (k, 4), spline intervals, and what `ends` fills.
+        at, by: Shape (k,) and (k, 4), spline intervals, and E0 to E3 of `cncgen.kernels.least_time_problem`.
         c, q: See above.
     """
     with cython.nogil:

@@ -128,11 +128,12 @@ def refit(problem: Problem) -> cython.void:
 @cython.nogil
 @cython.exceptval(check=False)
 def agree(problem: Problem, least: cython.double, most: cython.int) -> cython.double:
-    """Settle the ways until none changes by more than a part of its interval, or so many times; return F."""
-    f: cython.double = survey(problem)
+    """Settle the ways until none changes by more than a part of its interval, or so many times; return the last change."""
+    change: cython.double = 1.0
+    survey(problem)
     for _ in range(most):
         change = settle(problem, False)
-        f = survey(problem)
+        survey(problem)
         if change <= least:
             break
-    return f
+    return change

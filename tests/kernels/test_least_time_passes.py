@@ -200,7 +200,7 @@ def test_limits_are_parts_of_rows_and_what_is_nearest_is_the_least_slack(
 ) -> None:
     """At the optimum slacks are what the definition of each constraint leaves, and the nearest kind has the least."""
     this = case(monkeypatch, smooth=True)
-    assert least_time.solve(this.problem, 1e-9, 5e-4, 200, np.zeros(6), np.zeros(N + 2)) == 0
+    assert least_time.solve(this.problem, 1e-9, 5e-4, 200, np.zeros(7), np.zeros(N + 2)) == 0
     assert np.asarray(this.problem.share).max() <= 1.0
     margin, closest = np.ones(N), np.zeros(N, np.int8)
     least_time_rows.nearest(this.problem, margin, closest)
@@ -229,7 +229,7 @@ def test_the_time_without_limits_is_that_of_the_bound(monkeypatch: pytest.Monkey
     )
     problem.c[:] = 100.0
     problem.c[0] = problem.c[N + 1] = 400.0
-    report = np.zeros(6)
+    report = np.zeros(7)
     assert least_time.solve(problem, 1e-9, 5e-4, 200, report, np.zeros(N + 2)) == 0
     assert report[0] == pytest.approx(np.sum(rows.h) / 20.0, rel=1e-7)
     assert np.asarray(problem.c) == pytest.approx(400.0, rel=1e-4)
@@ -240,7 +240,7 @@ def test_the_response_is_the_last_column_of_the_inverse(monkeypatch: pytest.Monk
     this = case(monkeypatch, smooth=True)
     out = np.zeros(N + 2)
     # It ends before the optimum, so the matrix is that of the last iterate.
-    assert least_time.solve(this.problem, 1e-9, 5e-4, 6, np.zeros(6), out) == -1
+    assert least_time.solve(this.problem, 1e-9, 5e-4, 6, np.zeros(7), out) == -1
     dual, right, band = np.zeros(N + 2), np.zeros(N + 2), np.zeros((3, N + 2))
     least_time_passes.gather(this.problem, 0.0, 0.0, dual, right, band, np.zeros(4))
     full = np.zeros((N + 2, N + 2))

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import cncgen
-from cncgen.planner.least_time import rolling_window
+from cncgen.planner.least_time import problem, rolling_window
 from cncgen.planner.least_time.mesh import SPLINE
-from cncgen.planner.least_time.problem import Intervals, Solution, slopes
+from cncgen.planner.least_time.problem import Intervals, Solution, slopes, solve
 from cncgen.planner.least_time.time_scaling import obstacle, time_scaled
 from cncgen.setpoints import sample
 from tests.planner.least_time.test_least_time_kernel import wave
@@ -60,6 +60,18 @@ def test_a_creep_holds_every_limit(jerk: float) -> None:
     # Of what holds it back it uses most.
     assert max(acceleration, jerks ** (2.0 / 3.0)) > 0.7
     assert (found.q.max(axis=1) <= given.top.min(axis=1)).all()
+
+
+def test_where_ways_do_not_settle_q_is_made_of_parabolas_and_no_run_is_a_plan(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Pieces of constant jerk would not join there; tangents of a parabola meet in the middle."""
+    given = kinked(20, 0.0)
+    assert solve(given, None).converged
+    monkeypatch.setattr(problem, "_JOINED", -1.0)
+    assert not solve(given, None).converged
+    spline = given.kind == SPLINE
+    assert time_scaled(given).way[spline].tolist() == (0.5 * given.h[spline]).tolist()
 
 
 def test_what_is_in_the_way_is_where_limits_are_passed_most_and_only_where_the_motion_crawls() -> None:
