@@ -65,3 +65,11 @@ def test_a_kink_is_remarked(run: Any) -> None:
 )
 def test_what_is_not_read(run: Any, block: str, error: tuple[str, int, int]) -> None:
     assert run(HEAD + block + "\n" + TAIL).errors == [error]
+
+
+def test_a_number_of_more_digits_than_python_reads_is_a_large_number(run: Any) -> None:
+    """It was an internal error: Python turns at most 4300 digits into a whole number."""
+    out = run(f"0 BEGIN PGM A MM\n1 L X+1 F100 M3\n2 Q{'9' * 5000} = Q{'9' * 5000} + 1\n3 END PGM A MM\n")
+    faults = [each for each in out.diagnostics if each.code == "parameter-number"]
+    # "2 Q", the digits, " = ": the number that is read is the first fault of its line.
+    assert [(each.span.line, each.span.column) for each in faults] == [(3, 3 + 1 + 5000 + 3)]

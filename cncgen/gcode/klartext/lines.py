@@ -184,7 +184,7 @@ def unset(sources: Sequence[Source]) -> dict[str, tuple[int, int, int]]:
             for function, name, sign in () if named else used.findall(body):
                 if function or sign:
                     given.setdefault(name, []).append((index, offset))
-                elif name[1] in "LR" or not _FIRST_OF_CYCLES <= int(name[1:]) < _BEHIND_CYCLES:
+                elif name[1] in "LR" or not _FIRST_OF_CYCLES <= float(name[1:]) < _BEHIND_CYCLES:
                     read.setdefault(name, (index, offset))
             at = _NEXT_Q.search(source.data, source.line_end(offset))
     found = {}
