@@ -30,6 +30,8 @@ _ACTIVE = cython.declare(cython.int, 4)
 
 #: Asides of one block beside the waits of its holes, at most.
 _MOST_ASIDES = cython.declare(cython.int, 8)
+#: A way of X Y Z that is less than this part of the turn beside it may leave them next to no feed.
+_CREEP = cython.declare(cython.double, 1e-6)
 #: Repeats of a hole that are made here.
 _MOST_REPEATS = cython.declare(cython.int, 1000)
 
@@ -97,6 +99,7 @@ class Advance:
         changed: The tool that was changed in last, -1 for none.
         reach: The largest number of a place or a centre, of either sign.
         turn: The longest way of A, B or C in a motion.
+        creeps: Whether a line turns an axis while X Y Z (else U V W) move by less than a millionth of that.
         full: Whether the last run ended as a column had no room for the block.
     """
 
@@ -127,6 +130,7 @@ class Advance:
     changed = cython.declare(cython.double, visibility="public")
     reach = cython.declare(cython.double, visibility="public")
     turn = cython.declare(cython.double, visibility="public")
+    creeps = cython.declare(cython.bint, visibility="public")
     full = cython.declare(cython.bint, visibility="public")
     outcome = cython.declare(cython.int)
     force = cython.declare(Modes)
@@ -173,6 +177,7 @@ class Advance:
         self.rows = self.asides = self.events = self.drilled = 0
         self.changed = -1.0
         self.reach = self.waited = self.turn = 0.0
+        self.creeps = False
         for k in range(SLOT_I):
             self.reach = max(self.reach, fabs(self.position[k]))
         self.outcome = _MADE
@@ -356,8 +361,17 @@ class Advance:
             self.reach = max(self.reach, fabs(self.centre_at.x), fabs(self.centre_at.y))
         self.turns[row] = 0 if motion < 2 else 2 * motion - 5
         if self.block.given & ANY_ROTARY:
+            turn: cython.double = 0.0
+            way: cython.double = 0.0
             for k in range(3, 6):
-                self.turn = max(self.turn, fabs(self.target[k] - self.position[k]))
+                turn = max(turn, fabs(self.target[k] - self.position[k]))
+            for k in range(3):
+                way = max(way, fabs(self.target[k] - self.position[k]))
+            if way == 0.0:
+                for k in range(6, 9):
+                    way = max(way, fabs(self.target[k] - self.position[k]))
+            self.turn = max(self.turn, turn)
+            self.creeps = self.creeps or (motion == 1 and 0.0 < way < _CREEP * turn)
         for k in range(SLOT_I):
             self.position[k] = self.target[k]
             self.end[row, k] = self.target[k]

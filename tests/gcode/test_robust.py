@@ -408,6 +408,24 @@ def test_a_parameter_of_infinite_number(run: Any) -> None:
             assert [code for code, _, _ in run(f"{text}\nM2", dialect=dialect).errors] == ["number-range"]
 
 
+@pytest.mark.parametrize("aside", ["", "(LINE BY LINE)", "#1=0"])
+@pytest.mark.parametrize("way", ["X.00000000000001 A10.", "A10. B-.0000156783 Z1e-14"])
+def test_check_finds_the_feed_that_planning_refuses(tmp_path: Path, aside: str, way: str) -> None:
+    """F500 along all axes (FANUC B-63174EN, 4.2) leaves a way of 1e-14 mm beside 10 degrees 500/60 * 1e-15 mm/s: no feed of `ranges.FEEDS`."""
+    way = way.replace("1e-14", ".00000000000001")
+    path = tmp_path / "p.nc"
+    path.write_text(f"O1\nG21 G90 F500\nG1 X0 Y0\n{aside}\nG1 {way}\nM30\n")
+    found = Diagnostics()
+    check(path, "p", ReadOptions(dialect="fanuc"), found)
+    errors = [d for d in found if d.severity == "error"]
+    assert [(d.code, d.span and d.span.line) for d in errors] == [("number-range", 5)]
+    assert float(errors[0].values["value"]) == pytest.approx(500 / 60 * 1e-15, rel=1e-6)
+    path.write_text(
+        f"O1\nG21 G90 F500\nG1 X0 Y0\n{aside}\nG1 {way.replace('.00000000000001', '.001')}\nM30\n"
+    )
+    assert check(path, "p", ReadOptions(dialect="fanuc")) > 0
+
+
 @pytest.mark.parametrize("text", ["{blanks}G0 X1", "{blanks}/{blanks}N5{blanks}X1", "GOTO 5\n{blanks}x"])
 def test_many_blanks_take_no_time(run: Any, text: str) -> None:
     """Patterns that look for words of macros must not try each way to share the blanks out (20,000 of them)."""

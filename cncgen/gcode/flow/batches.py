@@ -245,5 +245,6 @@ class Batches:
                     source=self._plain.source,
                     reach=self._kernel.reach,
                     turn=self._kernel.turn,
+                    creeps=self._kernel.creeps,
                 )
             )

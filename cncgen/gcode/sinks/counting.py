@@ -25,6 +25,8 @@ HALF_TURN = 180.0 + 1e-6
 _ROTARY = slice(3, 6)
 #: Places and offsets up to this, in units of the program, add up to places within `cncgen.ranges.POSITION`.
 _NEAR = 1e6
+#: A way of X Y Z that is less than this part of the turn beside it may leave them a feed below `cncgen.ranges.FEEDS`.
+_CREEP = 1e-6
 #: Tolerances up to this, in units of the program, are within `cncgen.ranges.TOLERANCE_MM`.
 _WIDE = 1e4
 #: How far within the bounds of `cncgen.ranges` the weights and knots of a curve are beyond doubt.
@@ -43,7 +45,7 @@ class CountingSink:
         #: Whether a feed below 5 units a minute was seen, and for how long the program waits, s: both may make it longer than is meant.
         self.slow, self.waited = False, 0.0
         #: Whether a place, a centre or an offset is so far away that their sum may be beyond `cncgen.ranges.POSITION`, a tolerance so wide,
-        #: or a curve's weights or knots so far apart.
+        #: a curve's weights or knots so far apart, or the feed of a line that turns an axis so small a part of F along X Y Z.
         self.far = False
         #: The way of a rotary axis, degrees, beyond which one is told, and whether one was longer.
         self.longest_turn, self.turned = math.inf, False
@@ -68,6 +70,7 @@ class CountingSink:
         last: Any = batch.end[count - 1 : count].tolist()
         end = last[0]
         self.turned = self.turned or batch.turn > self.longest_turn
+        self.far = self.far or batch.creeps
         if batch.source != 0:
             self.unnamed.update(
                 k for k in range(len(AXES)) if end[k] != self._rest[k] and k not in self._named
@@ -127,8 +130,15 @@ class CountingSink:
                 (self._named if letter in words else self.unnamed).add(k)
         for angle, rest in zip(end[_ROTARY], self._rest[_ROTARY], strict=True):
             self.turned = self.turned or abs(angle - rest) > self.longest_turn
+        self._creep(end)
         self._rest = list(end)
         self._reach(end)
+
+    def _creep(self, end: Point) -> None:
+        """Look at the part of a feed along all axes that is left for X Y Z (else U V W)."""
+        way = [abs(new - old) for new, old in zip(end, self._rest, strict=True)]
+        linear = max(way[:3]) or max(way[6:])
+        self.far = self.far or 0.0 < linear < _CREEP * max(way[_ROTARY])
 
     def _reach(self, point: Sequence[float]) -> None:
         """Look at a place or an offset."""

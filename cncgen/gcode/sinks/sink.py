@@ -55,6 +55,7 @@ class MotionBatch:
         source: Index of the source.
         reach: No coordinate of an end or centre is larger, of either sign.
         turn: No way of A, B or C is longer, from where they stood before.
+        creeps: Whether a line turns an axis while X Y Z (else U V W) move by less than a millionth of that.
     """
 
     motion: memoryview
@@ -68,6 +69,7 @@ class MotionBatch:
     source: int
     reach: float
     turn: float
+    creeps: bool
 
 
 def refuse_uvw(plane: int) -> None:
