@@ -90,7 +90,6 @@ def excess(
     period_s: float,
     passed: float,
     most: int = PHASES,
-    work: float = np.inf,
 ) -> tuple[Floats, int]:
     """Return by how much setpoints of a motion, of their own phase and others, are over the tolerance before each node, and the work.
 
@@ -107,7 +106,6 @@ def excess(
         period_s: Time between setpoints.
         passed: Part of the tolerance by which they may be over it.
         most: Phases that are looked at, at most.
-        work: No phase is begun after so much.
     """
     end = np.cumsum(motion.step)
     over = np.full(len(end), -np.inf)
@@ -116,8 +114,6 @@ def excess(
     walker = _Walker(path, *ends)
     tight = tangled(path, own)
     for t in _phases(_bends(motion), motion.step, first_s, period_s, float(path.tolerance.min()), most):
-        if walker.cells > work:
-            break
         points, node = _at(motion, t)
         points[0] = ends[0].point
         first = walker.walk(points, allowed)

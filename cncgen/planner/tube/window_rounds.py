@@ -172,20 +172,19 @@ class Rounds:
         self.motion = _spread(self._got[1], self.columns, self.window.state, self.goal[0])
         return True
 
-    def judge(self, first_s: float, phases: int, units: float = np.inf) -> bool:
+    def judge(self, first_s: float, phases: int) -> bool:
         """Tell whether the motion breaks tolerance, velocity or feed, which the next round is then given less of.
 
         Args:
             first_s: Time of its first setpoint.
             phases: Phases of setpoints that are looked at.
-            units: Those that are left: beyond them it tells of a part of the phases.
         """
         window, nodes, columns = self.window, self.window.nodes, self.columns
         assert window.goals is not None
         assert self._got is not None
         found = self._got[1]
         given = (window.path, window.goals, self._own, self.motion, first_s, self.bounds.period_s, PASSED)
-        over, cells = excess(*given, phases, units / _CELL)
+        over, cells = excess(*given, phases)
         self.units += int(_CELL * cells)
         if self.early:
             over[:_BEGIN] = -np.inf
@@ -219,15 +218,13 @@ class Rounds:
 
         Args:
             first: Returns the time of the first setpoint of a motion.
-            left: Returns the units that are left.
+            left: Returns the units that are left: without any, what breaks something is not searched again.
         """
         while True:
-            broken = self.judge(first(self.motion), PHASES if self.number else 1, left())
-            if left() < 0.0:
-                return False
+            broken = self.judge(first(self.motion), PHASES if self.number else 1)
             if self.exact and not (broken and self.changed):
                 return not broken
-            if self.number == _ROUNDS - 1 or not self.search():
+            if (broken and left() < 0.0) or self.number == _ROUNDS - 1 or not self.search():
                 return False
 
     def ahead(self, first_s: float) -> bool:

@@ -23,8 +23,9 @@ from cncgen.planner.tube.window_rounds import Bounds, Rounds, Window
 
 Floats = NDArray[np.float64]
 
-#: A window is searched a second time if the first search finds nothing or takes less than this part of the bound.
-_CHEAP = 0.02
+#: A window is searched a second time if the first search finds nothing or takes less than this part of the bound. What breaks something
+#: is not searched again once a window has taken the second part of what is left of the bound, so those after it have as much.
+_CHEAP, _SHARE = 0.02, 0.5
 #: Part of the tolerance by which a motion near the solution may be over it, and the next window is still begun ahead.
 _OVER = 1.0
 #: Windows that are begun ahead, and the part of a period at which the first setpoint is where that is not known yet.
@@ -102,7 +103,7 @@ class WindowSearch:
     """The search of one window after the other.
 
     Attributes:
-        units, bound: The work of all searches, in units of some 10 µs, and its bound.
+        units, bound, share: The work of all searches, in units of some 10 µs, its bound, and that of one window.
     """
 
     def __init__(
@@ -124,7 +125,7 @@ class WindowSearch:
         """
         self.program, self.machine, self.reference, self.hand = program, machine, reference, hand
         self.bounds = Bounds(*limits, machine.period_s)
-        self.units = self.bound = 0
+        self.units, self.bound, self.share = 0, 0, 0.0
         self.pool = ThreadPoolExecutor(AHEAD, "tube")
         self.ahead: deque[_Ahead] = deque()
         self.begun: deque[tuple[Rounds, Future[bool]]] = deque()
@@ -141,10 +142,11 @@ class WindowSearch:
             following: The source of the windows after it, whose search then begins.
         """
         before, found = self.units, None
+        self.share = before + _SHARE * (self.bound - before)
         rounds = self._begun(window) or self._begun_ahead(window) or self._rounds(window)
         if rounds.number < 0 or rounds.found:
             found = self._searched(rounds, window, following)
-        if not window.tangled or (found is not None and self.units - before > _CHEAP * self.bound):
+        if not window.tangled or self.units > (self.share if found is None else before + _CHEAP * self.bound):
             return found
         # There are many local optima: the faster one of two searches counts.
         rounds = self._rounds(window)
@@ -168,7 +170,7 @@ class WindowSearch:
             rounds, made = self.begun.popleft()
             if rounds.window.t == window.t and _same(window.nodes, rounds.window.nodes):
                 made.result()
-                self._left(rounds)
+                self._counted(rounds)
                 return rounds
             made.cancel()
         return None
@@ -176,12 +178,12 @@ class WindowSearch:
     def _searched(self, rounds: Rounds, window: Window, following: Following | None) -> Solved | None:
         """Return the motion that rounds of a window end in, None where they do not."""
         if rounds.number < 0 and not rounds.search():
-            self._left(rounds)
+            self._counted(rounds)
             return None
         first = partial(self.hand.first_setpoint, window.t)
         if following:
             self._go_ahead((window, rounds.motion, first(rounds.motion)), following)
-        if not rounds.to_end(first, partial(self._left, rounds)):
+        if not rounds.to_end(first, lambda: self.share - self._counted(rounds)):
             return None
         motion, ends, bounds = rounds.motion, (window.state, rounds.goal), self.bounds
         kept = holds(motion, ends, bounds.acceleration, bounds.jerk, bounds.period_s)
@@ -209,17 +211,17 @@ class WindowSearch:
         each = self.ahead.popleft()
         made = each.done.result() if _same(window.nodes, each.nodes) else None
         if made is not None:
-            self._left(made[0])
+            self._counted(made[0])
             if made[2] is not None and made[0].taken(window):
                 return made[0]
         self.forget()
         return None
 
-    def _left(self, rounds: Rounds) -> float:
-        """Count what rounds have taken; return the units that are left."""
+    def _counted(self, rounds: Rounds) -> int:
+        """Count what rounds have taken; return the units of all searches."""
         self.units += rounds.units
         rounds.units = 0
-        return self.bound - self.units
+        return self.units
 
     def _go_ahead(self, begun: Begun, following: Following) -> None:
         """Begin the rounds of the next windows, from where motions near those of the ones before them are after their final nodes."""
