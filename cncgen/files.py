@@ -45,7 +45,8 @@ def file_fault(path: str | os.PathLike[str], verb: str, error: OSError) -> Usage
         errno.ELOOP: "its symbolic links go round in a circle",
     }
     reason = reasons.get(error.errno or 0, error.strerror or str(error))
-    name = os.fspath(path) or "the file with an empty name"
+    stream = "standard input" if verb == "read" else "standard output"
+    name = stream if path == STANDARD else os.fspath(path) or "the file with an empty name"
     return UsageError(Diagnostic(f"file-{verb}", f"cannot {verb} {name}: {reason}"))
 
 
@@ -86,6 +87,17 @@ def _pieces(file: BinaryIO, most: int) -> Iterator[bytes]:
     while most > 0 and (piece := file.read(min(most, _PIECE))):
         most -= len(piece)
         yield piece
+
+
+def peeked(file: BinaryIO, count: int, name: str) -> bytes:
+    """Return the first bytes of an open file of that name and leave them to be read; b"" of one without a buffer.
+
+    Raises:
+        UsageError: They cannot be read.
+    """
+    peek = getattr(file, "peek", None)
+    with reading_faults(name):
+        return bytes(peek(count)[:count]) if peek else b""
 
 
 @contextmanager

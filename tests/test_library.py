@@ -84,6 +84,9 @@ def planned(_: object = None) -> tuple[int, float]:
         (lambda: cncgen.read(SQUARE), "the program is a text, not the name of a file\n  help: cncgen.read_text reads"),
         (lambda: cncgen.read(__file__, language="c"), "language = 'c' is not one of gcode, stepnc"),
         (lambda: cncgen.read(__file__, options={}), "options is of type dict; it is to be cncgen.ReadOptions"),
+        (lambda: cncgen.read(__file__, dialekt="fanuc"), "there is no option 'dialekt'\n  help: did you mean dialect"),
+        (lambda: cncgen.read_text(SQUARE, dialect="fanu"), "dialect = 'fanu' is not one of auto, linuxcnc, fanuc"),
+        (lambda: cncgen.read_text(SQUARE, options={}, units="mm"), "options is of type dict; it is to be cncgen.ReadOptions"),
         (lambda: cncgen.read_text(5), "text is of type int; it is to be str or bytes"),
         (lambda: cncgen.load_machine("mill"), "there is no machine profile 'mill'"),
         (lambda: cncgen.load_machine(None), "the machine is of type NoneType; it is to be a profile's name"),
@@ -134,6 +137,8 @@ def planned(_: object = None) -> tuple[int, float]:
         (lambda: cncgen.plan(square(), machine(max_contour_error_mm="1")), "max_contour_error_mm is '1'; it is to be"),
         (lambda: cncgen.simulate(points(), None), "the machine is of type NoneType; it is to be a Machine"),
         (lambda: cncgen.simulate(points(), {"X": 1}), "servo data of axis X are 1; they are to be a cncgen.machine.Servo"),
+        (lambda: cncgen.simulate(points(), {"x": Servo("first-order", {"position_gain_1_s": 80})}),
+         "servo data of 'x': not an axis\n  help: axes are X Y Z A B C U V W, in capitals"),
         (lambda: cncgen.simulate(points(), {"X": Servo("pi-p", {})}), "servo data of axis X, model: must be one of"),
         (lambda: cncgen.simulate(points(), {"X": Servo("first-order", {"position_gain_1_s": 0})}),
          "servo data of axis X, position_gain_1_s: must be > 0; is 0"),
@@ -156,6 +161,17 @@ def test_a_wrong_argument_is_said(call: Callable[[], Any], words: str) -> None:
     with pytest.raises(UsageError) as caught:
         call()
     assert words in str(caught.value)
+
+
+def test_options_of_reading_are_keywords_or_a_record() -> None:
+    """1 in is 25.4 mm."""
+    text = "G0 X1\nM2\n"
+    for program in (
+        cncgen.read_text(text, units="inch"),
+        cncgen.read_text(text, options=cncgen.ReadOptions(units="inch")),
+        cncgen.read_text(text, options=cncgen.ReadOptions(dialect="linuxcnc"), units="inch"),
+    ):
+        assert max(chunk.end[:, 0].max() for chunk in program.chunks()) == pytest.approx(25.4)
 
 
 @pytest.mark.parametrize("number", [10**400, -(10**400), np.nan, np.float32("inf"), True, "1", None, 1j])

@@ -38,6 +38,10 @@ def check_servos(servos: Mapping[str, Servo]) -> None:
 
     faults = []
     for letter, servo in servos.items():
+        if letter not in tuple(AXIS_LETTERS):
+            hint = f"axes are {' '.join(AXIS_LETTERS)}, in capitals"
+            faults.append(Diagnostic("machine-key", f"servo data of {letter!r}: not an axis", hint=hint))
+            continue
         if not isinstance(servo, Servo) or not isinstance(servo.parameters, Mapping):
             wanted = "a cncgen.machine.Servo, its parameters a mapping"
             message = f"servo data of axis {letter} are {servo!r}; they are to be {wanted}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import re
 import tomllib
 from datetime import date, datetime, time
@@ -86,17 +87,38 @@ def parse_toml(content: bytes, name: str, kind: str = "machine") -> tuple[dict[s
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        message = f"{name} is not a TOML file: byte {error.start} is not UTF-8"
-        raise UsageError(Diagnostic(code, message)) from error
+        raise UsageError(_encoding_fault(content, name, error.start, code)) from error
     try:
         return tomllib.loads(text), text
     except tomllib.TOMLDecodeError as error:
         raise UsageError(_syntax_fault(text, name, str(error), kind)) from error
     except ValueError as error:  # an integer of more digits than Python converts
-        raise UsageError(Diagnostic(code, f"{name}: an integer has too many digits")) from error
+        digits = re.search(r"[0-9_]{4300,}", text)
+        message = f"an integer has too many digits{f': {len(digits[0])}' if digits else ''}"
+        raise UsageError(_fault_at(digits.start() if digits else 0, text, name, code, message)) from error
     except RecursionError as error:
         message = f"{name}: tables or arrays are nested too deeply"
         raise UsageError(Diagnostic(code, message)) from error
+
+
+def _encoding_fault(content: bytes, name: str, at: int, code: str) -> Diagnostic:
+    """Return the diagnostic of a file whose byte `at` is the first that is not UTF-8."""
+    before = content[:at].decode("utf-8-sig")
+    text = before + content[at:].decode("cp1252", "replace")
+    wide = content[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+    hint = "is it UTF-16, as PowerShell's > writes it? save it as UTF-8" if wide else "save the file as UTF-8"
+    message = f"byte 0x{content[at]:02x} is not UTF-8, which TOML files are"
+    return _fault_at(len(before), text, name, code, message, hint)
+
+
+def _fault_at(at: int, text: str, name: str, code: str, message: str, hint: str = "") -> Diagnostic:
+    """Return a diagnostic of the place of the character `at` in a text."""
+    begin = text.rfind("\n", 0, at) + 1
+    line, column = text.count("\n", 0, at) + 1, at - begin + 1
+    excerpt, cut = excerpt_of(text[begin:].partition("\n")[0], column)
+    return Diagnostic(
+        code, message, span=Span(name, line, column), excerpt=excerpt, excerpt_offset=cut, hint=hint
+    )
 
 
 def _syntax_fault(text: str, name: str, message: str, kind: str) -> Diagnostic:

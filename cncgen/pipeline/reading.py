@@ -6,21 +6,21 @@ import importlib
 import io
 import os
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from types import ModuleType
 
-from cncgen.arguments import expect, expect_path, wrong
+from cncgen.arguments import expect, expect_fields, expect_path, wrong
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, Span, UsageError
 from cncgen.extensions import DIALECT_GROUP, foreign_module, is_brought, part_of
-from cncgen.files import STANDARD, open_input
+from cncgen.files import STANDARD, open_input, peeked
 from cncgen.pipeline.file_kinds import SUFFIXES, holds_setpoints, language_of, other_kind
 from cncgen.records import replace
 from cncgen.toolpath.reading import DIALECTS, ReadOptions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import BinaryIO
+    from typing import Any, BinaryIO
 
     from cncgen.toolpath.record import Program, Toolpath
 
@@ -36,14 +36,18 @@ _HEAD_BYTES = 4096
 
 
 def read(
-    source: str | os.PathLike[str], *, language: str | None = None, options: ReadOptions | None = None
+    source: str | os.PathLike[str],
+    *,
+    language: str | None = None,
+    options: ReadOptions | None = None,
+    **asked: Any,
 ) -> Program:
     """Open a program; its toolpath is read on demand (`Program.chunks`).
 
     Args:
         source: A file, or ``-`` for standard input.
         language: ``gcode`` or ``stepnc``; None: by content and suffix.
-        options: How it is read.
+        options: How it is read; or its fields as keywords (``dialect="fanuc"``).
 
     Returns:
         The program, of which only the axes are known yet. Its errors are found, and raised, when it is planned.
@@ -51,6 +55,7 @@ def read(
     Raises:
         UsageError: The file cannot be read, or a language or option is unknown.
     """
+    options = _asked_for(options, asked)
     with _opened(source, language) as (reader, file, name):
         file, how = _in_own_dialect(reader, file, name, options)
         program: Program = reader.read(file, name, how)
@@ -102,6 +107,7 @@ def read_text(
     *,
     language: str | None = None,
     options: ReadOptions | None = None,
+    **asked: Any,
 ) -> Program:
     """Read a program from memory; see `read`.
 
@@ -109,17 +115,31 @@ def read_text(
         text: The program; bytes as a file has them.
         name: How diagnostics call it; its suffix may tell the language.
         language: ``gcode`` or ``stepnc``; None: by content and the name's suffix.
-        options: How it is read.
+        options, asked: As for `read`.
 
     Raises:
         UsageError: `text` is not a text, or a language or option is unknown.
     """
+    options = _asked_for(options, asked)
     given = expect(text, (str, bytes, bytearray, memoryview), "text", "str or bytes")
     content = given.encode(errors="replace") if isinstance(given, str) else bytes(given)
     reader = _reader(language, name, content[:_HEAD_BYTES])
     file, how = _in_own_dialect(reader, io.BytesIO(content), name, options)
     program: Program = reader.read(file, name, how)
     return program
+
+
+def _asked_for(options: ReadOptions | None, asked: Mapping[str, Any]) -> ReadOptions | None:
+    """Return options in which the fields that are given as keywords are replaced.
+
+    Raises:
+        UsageError: A field is unknown, or the options are not `ReadOptions`.
+    """
+    if not asked:
+        return options
+    expect_fields(ReadOptions, asked)
+    how = ReadOptions() if options is None else expect(options, ReadOptions, "options", "cncgen.ReadOptions")
+    return replace(how, **asked)
 
 
 def _reading(options: ReadOptions | None) -> ReadOptions:
@@ -191,7 +211,7 @@ def _opened(
         yield _reader(language, name, content[:_HEAD_BYTES]), io.BytesIO(content), name
         return
     with open_input(name) as file:
-        reader = _reader(language, name, _head(file))
+        reader = _reader(language, name, peeked(file, _HEAD_BYTES, name))
         regular = name != STANDARD and stat.S_ISREG(os.fstat(file.fileno()).st_mode)
         yield reader, name if regular else file, name
 
@@ -214,12 +234,6 @@ def _reader(language: str | None, name: str, head: bytes) -> ModuleType:
     if language is None and (other := other_kind(head)) is not None:
         raise UsageError(Diagnostic("not-a-program", f"{name} is {other[0]}, not a program", hint=other[1]))
     return reader_of(language or language_of(name, head))
-
-
-def _head(file: BinaryIO) -> bytes:
-    """Return the first bytes of an open file and leave them to be read."""
-    peek = getattr(file, "peek", None)
-    return bytes(peek(_HEAD_BYTES)) if peek else b""
 
 
 def canon(

@@ -121,11 +121,11 @@ def driven(setpoints: Iterable[Setpoints], known: Collection[str]) -> Iterator[S
         yield replace(chunk, axes=axes, position=chunk.position[:, kept], signals=signals)
 
 
-def missing_data(missing: Iterable[str], known: Iterable[str]) -> UsageError:
+def missing_data(missing: Iterable[str], known: Collection[str]) -> UsageError:
     """Return the error of axes that move without servo data (``servo-missing``)."""
     letters = list(missing)
     which = f"{'axes' if len(letters) > 1 else 'axis'} {', '.join(letters)}"
-    others = f"; {', '.join(known) or 'no axis'} has servo data"
+    others = f"; {', '.join(known) or 'no axis'} {'have' if len(known) > 1 else 'has'} servo data"
     tables = ", ".join(f"[axes.{letter.lower()}.servo]" for letter in letters)
     hint = f"add {tables} to the machine file or to the file of --axis-params, or leave the axis out of the setpoints"
     return UsageError(Diagnostic("servo-missing", f"no servo data for {which}{others}", hint=hint))

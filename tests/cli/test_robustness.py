@@ -127,6 +127,38 @@ def test_unreadable_toml(cncgen: Run, tmp_path: Path, small: Path) -> None:
     refused(cncgen(*PLAN, small, "-m", "none.toml"), 2, "none.toml", "no such file")
 
 
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        (b'# one\nname = "\xfc"\n', "m.toml:2:9: error[machine-syntax]: byte 0xfc is not UTF-8"),
+        ("# ä\n# ö ".encode() + b"\xfc", "m.toml:2:5: error[machine-syntax]: byte 0xfc is not UTF-8"),
+        ('name = "m"\n'.encode("utf-16"), "help: is it UTF-16, as PowerShell's > writes it?"),
+        (
+            b"\nperiod_s = " + b"9" * 5000,
+            "m.toml:2:12: error[machine-syntax]: an integer has too many digits: 5000",
+        ),
+    ],
+)
+def test_where_a_machine_file_is_no_toml(
+    in_folder: Path, capsys: pytest.CaptureFixture[str], text: bytes, place: str
+) -> None:
+    (in_folder / "m.toml").write_bytes(text)
+    assert app.run([*PLAN, "small.nc", "-m", "m.toml"]) == 2
+    assert place in capsys.readouterr().err
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/mem"), reason="needs Linux's files of a process")
+@pytest.mark.parametrize(
+    "command", ["check {}", "plan {}", "canon {}", "simulate {} -m xy-table", "verify {} -p small.nc"]
+)
+def test_a_file_that_opens_and_cannot_be_read_is_named(
+    in_folder: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    """As on a failing disk: the first page of a process is never mapped, so that reading gives EIO."""
+    assert app.run(command.format("/proc/self/mem").split()) == 2
+    assert "error[file-read]: cannot read /proc/self/mem: Input/output error" in capsys.readouterr().err
+
+
 def test_unwritable_output(cncgen: Run, tmp_path: Path, small: Path) -> None:
     refused(cncgen(*PLAN, small, "-o", "none/out.csv"), 2, "none/out.csv", "directory does not exist")
     (tmp_path / "folder.csv").mkdir()

@@ -10,11 +10,10 @@ import importlib
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import BinaryIO
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.extensions import FORMAT_GROUP, FORMATS, SUFFIXES, foreign_module, is_format, part_of
-from cncgen.files import open_input
+from cncgen.files import open_input, peeked
 from cncgen.setpoints.readers.blocks import FileBlock, only, stream_of
 from cncgen.setpoints.stream import SetpointStream
 
@@ -62,7 +61,7 @@ def open_setpoints(
     """
     name = os.fspath(path)
     with open_input(path) as file:
-        head = _peek(file)
+        head = peeked(file, 8, name)
         kind = format or _format_of(name, head)
         if not is_format(kind):
             raise UsageError(
@@ -76,12 +75,6 @@ def open_setpoints(
         blocks: Iterator[FileBlock] = module.blocks(file, name, axes or unnamed_axes or None, period_s)
         stream = stream_of(blocks, name, period_s, default_period_s)
         yield only(stream, axes.upper()) if axes else stream
-
-
-def _peek(file: BinaryIO) -> bytes:
-    """Return the first bytes of a buffered file and leave them to be read."""
-    peek = getattr(file, "peek", None)
-    return bytes(peek(8)[:8]) if peek else b""
 
 
 def _format_of(name: str, head: bytes) -> str:
