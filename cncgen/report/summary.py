@@ -14,6 +14,7 @@ from cncgen.planner.record import MAX_CORNERS, Limit, Profile, SharpCorner, Traj
 from cncgen.report.feed_curve import FeedCurve, sparkline
 from cncgen.report.slow_places import LISTED, SlowPlace, SlowPlaces
 from cncgen.report.tables import counted, duration
+from cncgen.report.thread_speeds import ThreadSpeeds
 from cncgen.report.time_split import TimeSplit, split_text, untimed_text
 from cncgen.setpoints.columns import position_column
 from cncgen.setpoints.differences import DifferencePeaks
@@ -74,6 +75,7 @@ class Summary:
         #: Whether rotary axes turn along with linear ones: the feed of these is then not that of the tool on the workpiece.
         self._turns_along = False
         self._split = TimeSplit()
+        self._threads = ThreadSpeeds()
         self._end_s = self._waited_s = self._stood_s = self._turned_s = self._length_mm = self._max_feed = 0.0
         self._values: dict[str, Any] = {}
         self._complete = False
@@ -162,9 +164,10 @@ class Summary:
     def _add(self, trajectory: Trajectory) -> None:
         self._follow(trajectory)
         profile = trajectory.profile
+        top = _top_speeds(profile)
+        self.remarks.extend(self._threads.add(trajectory, top))
         if len(profile):
             time, length = np.diff(profile.t), np.diff(profile.s)
-            top = _top_speeds(profile)
             turns = _turning(trajectory)
             if turns.any():
                 self._turned_s += float(time[turns].sum())

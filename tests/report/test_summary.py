@@ -52,6 +52,23 @@ def finished(summary: Summary, *trajectories: Trajectory, rows: int = 1) -> dict
     return summary.as_json()
 
 
+#: Speed that Z of generic-mill comes to from rest to rest over a way of `d` mm: (d/2)^(2/3) J^(1/3), while it is below A²/J.
+def _peak_mm_s(way_mm: float) -> float:
+    return (0.5 * way_mm) ** (2.0 / 3.0) * 50_000.0 ** (1.0 / 3.0)
+
+
+@pytest.mark.parametrize("feedrate", ["optimal", "ild"])
+def test_threads_that_do_not_come_to_their_speed(feedrate: str) -> None:
+    """1000 rev/min at 2 mm are 33.33 mm/s: a millimetre is too short for them, ten are not; a rigid tap's spindle follows."""
+    text = "G21 G90 G61 S1000 M3\nG33 Z-10 K2\nG0 Z0\nG33 Z-1 K2\nG0 Z0\nG33.1 Z-1 K2\nM2\n"
+    found = [d for d in summed(text, "generic-mill", feedrate)["diagnostics"] if d["code"] == "thread-speed"]
+    assert [(d["line"], d["severity"]) for d in found] == [(4, "warning")]
+    for d in found:
+        assert d["values"]["pitch_mm"] == 2.0
+        assert d["values"]["feed_mm_s"] == pytest.approx(100.0 / 3.0)
+        assert d["values"]["reached_mm_s"] == pytest.approx(_peak_mm_s(1.0), rel=2e-3)
+
+
 def test_whose_feed_it_is_where_rotary_axes_turn_along() -> None:
     """A turn of C under G93 takes 2 s along 10 mm: 5 mm/s are those of the slide, and the tool's on a turning part are others."""
     along = summed("G21 G90 G61 G93\nG1 X10 C90 F30\nM2\n", "generic-mill")
