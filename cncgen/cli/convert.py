@@ -65,7 +65,9 @@ def command(
     STEP-NC to G-code, G-code to STEP-NC, curves to lines, short lines to curves. Splines of STEP-NC become G6.2, and
     the entity that a motion comes from stands before it in a comment.
     """
+    from cncgen.cli import messages
     from cncgen.cli.reading import opened
+    from cncgen.diagnostics import Diagnostics
     from cncgen.files import write_text
     from cncgen.pipeline import language_of, sound
 
@@ -80,7 +82,6 @@ def command(
         if target == "stepnc":
             import io
 
-            from cncgen.cli import messages
             from cncgen.stepnc import write_ap238
             from cncgen.toolpath.lines import lines_alone
 
@@ -93,7 +94,9 @@ def command(
             from cncgen.stepnc import gcode_lines
 
             describe = _entities(program) if source.language == "stepnc" else None
-            lines = list(gcode_lines(chunks, source.name, linearize, describe, control))
+            remarks = Diagnostics()
+            lines = list(gcode_lines(chunks, source.name, linearize, describe, control, remarks))
+            messages.show(remarks)
             text = "\n".join(lines) + "\n"
     write_text(output, text)
 

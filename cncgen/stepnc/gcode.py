@@ -14,7 +14,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.diagnostics import Diagnostic, Diagnostics, Severity, UsageError
 from cncgen.stepnc.geometry.chords import polyline_of
 from cncgen.stepnc.geometry.pieces import Arc, Nurbs, Piece
 from cncgen.stepnc.motion_lengths import motion_length
@@ -40,6 +40,7 @@ def gcode_lines(
     linearize: float | None = None,
     describe: Callable[[int], str] | None = None,
     control: str = "linuxcnc",
+    remarks: Diagnostics | None = None,
 ) -> Iterator[str]:
     """Yield the blocks of a program as G-code, without line ends.
 
@@ -49,6 +50,7 @@ def gcode_lines(
         linearize: Chord tolerance, mm, to write splines and arcs as lines; None keeps them.
         describe: Names the source of a line (from 1) in a comment, once a change; None writes none.
         control: The control that reads it, one of `CONTROLS`.
+        remarks: Takes what the control has no word for and is left out, once all blocks are drawn.
 
     Raises:
         UsageError: The control has no word for a motion.
@@ -59,6 +61,8 @@ def gcode_lines(
             yield from writer.begin(chunk, name)
         yield from writer.chunk(chunk)
     yield from writer.end()
+    if remarks is not None:
+        remarks.extend(writer.remarks())
 
 
 def number(value: float) -> str:
@@ -120,6 +124,10 @@ class _GcodeWriter:
     def end(self) -> Iterator[str]:
         if not self._ended:
             yield "M2"
+
+    def remarks(self) -> Iterator[Diagnostic]:
+        """Yield what was left out: here nothing is."""
+        return iter(())
 
     def _number(self, value: float) -> str:
         """Return a number as the control reads it."""
@@ -367,9 +375,27 @@ class _FanucWriter(_GcodeWriter):
     probe: ClassVar[str] = "G31"
     offsets: ClassVar[tuple[str, ...]] = (*OFFSETS[:6], *(f"G54.1 P{k}" for k in range(1, 49)))
     most_turns: ClassVar[float] = 1
+    #: Tolerances of G64 that were left out, mm, each once, in order.
+    _untold_mm: dict[float, None] = field(default_factory=dict)
 
     def _closeness_word(self, mode: PathMode, tolerance: float) -> str:
-        return "G64" if mode == PathMode.CONTINUOUS else "G61"
+        if mode != PathMode.CONTINUOUS:
+            return "G61"
+        if not math.isnan(tolerance):
+            self._untold_mm[tolerance] = None
+        return "G64"
+
+    def remarks(self) -> Iterator[Diagnostic]:
+        """Yield a warning of the tolerances that were left out."""
+        if self._untold_mm:
+            some = ", ".join(f"P{number(each)}" for each in list(self._untold_mm)[:5])
+            more = f" and {len(self._untold_mm) - 5} more" if len(self._untold_mm) > 5 else ""
+            yield Diagnostic(
+                "gcode-tolerance",
+                f"FANUC's G64 has no tolerance: {some}{more} (mm) is left out, and the control goes by its own parameters",
+                severity=Severity.WARNING,
+                hint="set the tolerance at the control, or give it to cncgen by --path-tolerance",
+            )
 
     def _number(self, value: float) -> str:
         """Return a number with a point: without it, controls may count least increments, and X50 is 0.05 mm (B-64304EN, decimal point)."""

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cncgen.diagnostics import UsageError
+from cncgen.diagnostics import Diagnostics, UsageError
 from cncgen.gcode import read as read_gcode
 from cncgen.stepnc import canon, gcode_lines, read, write_ap238
 from cncgen.stepnc.motion_lengths import motion_length
@@ -94,6 +94,22 @@ def same(a, b):
         w, v = a.nurbs.weights[p], b.nurbs.weights[p]
         np.testing.assert_allclose(w / w[0], v / v[0], rtol=1e-7)
         np.testing.assert_allclose(a.nurbs.knots[q], b.nurbs.knots[q], atol=1e-8)
+
+
+def test_tolerances_without_a_word_at_the_control_are_told():
+    """FANUC's G64 takes no address (B-64304EN, cutting mode), LinuxCNC's has P."""
+    text = b"G21 G90 F600\nG64 P0.02\nG1 X1\nG61\nX2\nG64 P0.05\nX3\nG64\nX4\nM2\n"
+    for control, words, told in (
+        ("linuxcnc", ["G64", "G64 P0.02", "G61", "G64 P0.05", "G64"], 0),
+        ("fanuc", ["G64", "G61", "G64"], 1),
+    ):
+        remarks = Diagnostics()
+        lines = list(
+            gcode_lines(read_gcode(io.BytesIO(text), "a.nc").chunks(), control=control, remarks=remarks)
+        )
+        assert [line for line in lines if line[:3] in ("G61", "G64")] == words
+        assert [d.code for d in remarks] == ["gcode-tolerance"] * told
+        assert all("P0.02, P0.05 (mm)" in d.message for d in remarks)
 
 
 @pytest.mark.parametrize("inches", [False, True])
