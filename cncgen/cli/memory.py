@@ -9,7 +9,7 @@ except ImportError:  # Windows has no such bounds
 
 
 from cncgen.diagnostics import Diagnostic, NoPlanError
-from cncgen.room import MIB, taken
+from cncgen.room import MIB, left_of_addresses, taken
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -20,10 +20,10 @@ DEFAULT_MIB = 1024
 
 
 class _Bound:
-    """The bound in force, MiB, whether it is that of the system, and the previous bound of the process, as given by `resource`."""
+    """The bound in force, MiB, the option of ulimit that sets it ("": the run's own), and the process's bound before, as `resource` has it."""
 
     mib = DEFAULT_MIB
-    allowed = False
+    ulimit = ""
     before: tuple[int, int] | None = None
 
 
@@ -34,7 +34,7 @@ def set_bound(context: click.Context, parameter: click.Parameter, value: int) ->
 
 def bound(mib: int) -> None:
     """Bound the memory that this process takes from now on."""
-    _Bound.mib = mib
+    _Bound.mib, _Bound.ulimit = mib, ""
     if resource is None:
         return
     soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
@@ -44,7 +44,10 @@ def bound(mib: int) -> None:
     most = min(n for n in (has + mib * MIB, _Bound.before[0], hard) if n != resource.RLIM_INFINITY)
     # The system may allow less than is asked for.
     _Bound.mib = max(most - has, 0) // MIB
-    _Bound.allowed = _Bound.mib < mib
+    _Bound.ulimit = "-d" if _Bound.mib < mib else ""
+    addresses = left_of_addresses() / MIB
+    if addresses < _Bound.mib:
+        _Bound.mib, _Bound.ulimit = int(addresses), "-v"
     resource.setrlimit(resource.RLIMIT_DATA, (most, hard))
 
 
@@ -71,8 +74,8 @@ def _is_of_a_thread(error: Exception) -> bool:
 
 def exhausted(error: Exception) -> NoPlanError:
     """Return the message that ends a run that needs more than an `error` says it has."""
-    if _Bound.allowed:
-        who, hint = "which the system allows this process", "ulimit -d shows and sets that"
+    if _Bound.ulimit:
+        who, hint = "which the system allows this process", f"ulimit {_Bound.ulimit} shows and sets that"
     else:
         who, hint = "the bound of a run", "--max-memory sets the bound, in MiB"
     if _is_of_a_thread(error):

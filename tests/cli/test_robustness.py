@@ -842,8 +842,8 @@ def test_what_the_system_allows_is_said_where_it_is_less(tmp_path: Path) -> None
     """Of 200 MB that ulimit allows, the interpreter takes some: cutting counts what is left, and a run names it."""
     (tmp_path / "p.nc").write_text("G21 G90\nG1 X450 F1\nM2\n")
 
-    def run(*words: str) -> tuple[int, str]:
-        script = f"ulimit -d 200000; exec {shlex.quote(sys.executable)} -m cncgen {shlex.join(words)}"
+    def run(*words: str, ulimit: str = "-d 200000") -> tuple[int, str]:
+        script = f"ulimit {ulimit}; exec {shlex.quote(sys.executable)} -m cncgen {shlex.join(words)}"
         done = subprocess.run(["sh", "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False)
         return done.returncode, done.stderr
 
@@ -854,6 +854,11 @@ def test_what_the_system_allows_is_said_where_it_is_less(tmp_path: Path) -> None
     assert code == 3
     assert re.search(r"more memory than 1\d\d MiB, which the system allows this process", said)
     assert "ulimit -d" in said
+    # Of 300 MB of addresses, code and mapped files take some too.
+    code, said = run("compare", "p.nc", "-m", "xy-table", ulimit="-v 300000")
+    assert code == 3
+    assert re.search(r"more memory than [12]\d\d MiB, which the system allows this process", said)
+    assert "ulimit -v" in said
 
 
 def test_a_fault_of_ours_is_one_line_and_its_own_exit_code(
