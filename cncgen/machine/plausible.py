@@ -2,7 +2,7 @@
 
 Ratios of limits are times, which are alike on machines of all sizes: V/A, in which an axis reaches its full velocity, and A/J, in which it
 reaches its full acceleration, are milliseconds to a few seconds from piezo stages to telescopes. A unit that was mistaken changes one of
-them by 60 or 1000. Limits that stand for none (`FREE`) say nothing.
+them by 60 or 1000, or all of them alike, which makes an axis faster than any is. Limits that stand for none (`FREE`) say nothing.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ from cncgen.units import file_unit, is_rotary, to_file
 LONGEST_TO_VELOCITY_S, LONGEST_TO_ACCELERATION_S, LONGEST_TRAVEL_S = 30.0, 10.0, 1000.0
 #: Masters and drives take a setpoint every 0.05 to 20 ms.
 LONGEST_PERIOD_S = 0.1
+#: No feed axis of a machine comes to this velocity, mm/s: linear motors reach a few metres a second.
+FASTEST = 20_000.0
 #: A velocity or an acceleration from here on stands for none: 1 km/s and 100 g, in mm, or as many degrees.
 FREE = 1e6
 
@@ -57,6 +59,9 @@ def doubts(axis: Axis, period_s: float) -> Iterator[Doubt]:
         yield Doubt(
             "period_s" if slow else "max_velocity", text, "is it in s? 1 ms is 0.001" if slow else faster
         )
+    if linear and FASTEST < velocity < FREE:
+        text = f"{velocity:g} mm/s is {velocity / 1e3:g} m/s, and no axis reaches {FASTEST / 1e3:g} m/s"
+        yield Doubt("max_velocity", text, f"is it in mm/min? That is {velocity / 60.0:g} mm/s")
     if linear and axis.travel is not None and axis.travel[1] - axis.travel[0] > LONGEST_TRAVEL_S * velocity:
         length = axis.travel[1] - axis.travel[0]
         text = f"at {velocity:g} mm/s {who} needs {_shown(length / velocity)} for its travel of {length:g} mm"

@@ -48,6 +48,20 @@ def test_all_limits_in_metres_are_seen_by_the_travel():
     assert "needs 66.7 min for its travel of 1000 mm" in found.message  # 1000/0.25 = 4000 s
 
 
+@pytest.mark.parametrize(
+    ("limits", "words", "meant"),
+    [
+        (RIGHT | {"velocity_mm_s": 30000.0}, "30000 mm/s is 30 m/s", "That is 500 mm/s"),  # 30 m/min
+        ({k: 1000.0 * v for k, v in RIGHT.items()}, "250000 mm/s is 250 m/s", "in mm/min?"),
+    ],
+)
+def test_a_rapid_in_millimetres_a_minute_and_limits_in_micrometres_are_told(limits, words, meant):
+    (found,) = said(limits)
+    assert words in found.message
+    assert meant in found.hint
+    assert found.excerpt == f"max_velocity_mm_s = {limits['velocity_mm_s']}"
+
+
 def test_a_period_in_milliseconds_is_told():
     found = said(RIGHT, "period_s = 1.0\n")[0]
     assert found.excerpt == "period_s = 1.0"
