@@ -92,6 +92,7 @@ OPEN_ARGUMENTS = {
     "toolpath/reading.py:_*": "whatever a caller of the library gave: it is checked here",
     "setpoints/checking.py:*": "whatever a caller of the library gave: it is checked here",
     "pipeline/planning.py:*.asked": "options by name; `PlanOptions` checks each",
+    "pipeline/reading.py:*.asked": "options by name; `ReadOptions` checks each",
     "cli/options.py:*": "what click passes on: values of all options",
     "cli/types.py:convert.value": "click: a text, or a default of the type",
     "cli/app.py:_show_warning.*": "what Python's warnings pass on, unused",
