@@ -38,9 +38,8 @@ def left_of_addresses() -> float:
 
 
 def room() -> float:
-    """Return the bytes that this process may take beside those that it has; infinite where nothing bounds them."""
+    """Return the bytes of data that this process may take beside those; infinite where nothing bounds them."""
     if resource is None:
         return math.inf
     most = resource.getrlimit(resource.RLIMIT_DATA)[0]
-    data = math.inf if most == resource.RLIM_INFINITY else max(most - taken(), 0)
-    return min(data, left_of_addresses())
+    return math.inf if most == resource.RLIM_INFINITY else max(most - taken(), 0)
