@@ -3,7 +3,8 @@
 Smoothing rounds the corners of lines, and meets a curve exactly. So the plan of a NURBS slows down where it bends within a few
 tolerances, and the search went on from there to a motion that took up to 22 % longer than that of the curve's own chords. And within a
 bend that is sharper than the tolerance is wide, planes across the curve bound the motion to pass it in order, where a corner of lines
-is a place that the motion goes by.
+is a place that the motion goes by. So is a place where a curve turns back: without a node there, nothing bounded how far the motion went
+along the curve's tangent, and windows kept the plan.
 """
 
 from __future__ import annotations
@@ -116,7 +117,11 @@ def _cut(
 
 def _chorded(toolpath: Toolpath, machine: Machine) -> Toolpath:
     """Return a toolpath whose NURBS are chords."""
-    path, rows = _curves(toolpath, _WIDE * chord_reserve(machine, toolpath.axes))
+    path, rows = _curves(toolpath)
+    if len(rows):
+        wide = toolpath.tolerance >= _WIDE * chord_reserve(machine, toolpath.axes)
+        # The plan would round the corner where a curve turns back, and lose its tip.
+        rows = rows[(wide & regular(toolpath, path))[rows]]
     if not len(rows):
         return toolpath
     of, part, x = chords(path, rows, _SHARE * toolpath.tolerance[rows], axis_scale(toolpath.axes))
@@ -135,11 +140,8 @@ def _chorded(toolpath: Toolpath, machine: Machine) -> Toolpath:
     return between(lines, 0, len(lines))
 
 
-def _curves(toolpath: Toolpath, least_mm: float = 0.0) -> tuple[Path, Ints]:
-    """Return the path of a toolpath, and which of its rows are NURBS of a tolerance of no less that lines may stand for."""
-    curves = (toolpath.kind == Kind.NURBS) & loose(toolpath) & (toolpath.tolerance >= least_mm)
+def _curves(toolpath: Toolpath) -> tuple[Path, Ints]:
+    """Return the path of a toolpath, and which of its rows are NURBS that lines may stand for."""
     path = toolpath.path
-    if curves.any():
-        # A chord would not meet the place where a curve turns back.
-        curves &= path.moves_xyz & regular(toolpath, path)
-    return path, np.flatnonzero(curves)
+    curves = (toolpath.kind == Kind.NURBS) & loose(toolpath)
+    return path, np.flatnonzero(curves & path.moves_xyz if curves.any() else curves)

@@ -195,6 +195,19 @@ def test_a_way_back_by_two_right_angles_is_left_out_within_the_tolerance() -> No
     assert 0.998 < seconds / least < 1.015
 
 
+@pytest.mark.parametrize("tolerance", [0.05, 0.5])
+def test_a_curve_that_turns_back_takes_as_long_as_lines_to_its_tip(tolerance: float) -> None:
+    """x = 18 u − 15 u², y = 4/3 x: from 0 along a line to x = 5.4 at u = 0.6 and back to 3, which two lines are as well."""
+    begin = f"(START, X0 Y0)\nG21 G90 G94 G17 G64 P{tolerance}\nG1 X0 Y0 F6000\n"
+    knots = "G6.2 P3 K0 X0 Y0 R1\nK0 X9 Y12 R1\nK0 X3 Y4 R1\nK1\nK1\nK1\nM30\n"
+    (curve, curve_broken), (lines, lines_broken) = (
+        planned(begin + rows, machine()) for rows in (knots, "G1 X5.4 Y7.2\nG1 X3 Y4\nM30\n")
+    )
+    assert not curve_broken
+    assert not lines_broken
+    assert curve == pytest.approx(lines, rel=4e-3)
+
+
 def test_lines_of_a_hundredth_between_larger_ones_are_passed_within_the_tolerance() -> None:
     """A star of 20 µm: the path without it, which is within the tolerance of the rows, takes as long."""
     ends = [(0, 0), (1, 0)]
