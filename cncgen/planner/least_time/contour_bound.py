@@ -43,7 +43,7 @@ _LEAST = 0.2
 #: How far back in time a speed is lowered, in memories of the loops (`memory_of`).
 _REACH = 2
 #: Part of the bound over which the speed is lowered.
-_MET = 0.985
+_MET = 0.998
 
 
 @dataclass(frozen=True, slots=True)
