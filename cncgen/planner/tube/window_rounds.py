@@ -192,8 +192,9 @@ class Rounds:
         fast = too_fast(found, self.bounds.velocity[columns], feed, int((columns < 3).sum()))
         known, before = self._held.copy(), self._radius
         if fast.any():
-            # The neighbours soon are, once these are held.
-            self._held |= np.convolve(fast, np.ones(9))[4:-4] > 0
+            # The neighbours soon are, once these are held: twice as many in each round, as all of a window may be.
+            reach = 4 << self.number
+            self._held |= np.convolve(fast, np.ones(2 * reach + 1))[reach:-reach] > 0
             # A motion that begins or ends at a limit has the middle ordinate beside that at the limit as well.
             self._held[0] = self._held[-1] = False
         self._radius = self._narrowed(over, found.step)
