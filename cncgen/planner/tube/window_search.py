@@ -183,7 +183,9 @@ class WindowSearch:
         first = partial(self.hand.first_setpoint, window.t)
         if following:
             self._go_ahead((window, rounds.motion, first(rounds.motion)), following)
-        if not rounds.to_end(first, lambda: self.share - self._counted(rounds)):
+        ended = rounds.to_end(first, lambda: self.share - self.units - rounds.units)
+        self._counted(rounds)
+        if not ended:
             return None
         motion, ends, bounds = rounds.motion, (window.state, rounds.goal), self.bounds
         kept = holds(motion, ends, bounds.acceleration, bounds.jerk, bounds.period_s)
@@ -217,11 +219,10 @@ class WindowSearch:
         self.forget()
         return None
 
-    def _counted(self, rounds: Rounds) -> int:
-        """Count what rounds have taken; return the units of all searches."""
+    def _counted(self, rounds: Rounds) -> None:
+        """Count what rounds have taken."""
         self.units += rounds.units
         rounds.units = 0
-        return self.units
 
     def _go_ahead(self, begun: Begun, following: Following) -> None:
         """Begin the rounds of the next windows, from where motions near those of the ones before them are after their final nodes."""
