@@ -5,10 +5,11 @@ BIN     = $(VENV)/bin
 
 .PHONY: install dev demo test processors lint docs fuzz kernels clean
 
+# Editable: in the top folder of a checkout Python finds the folder cncgen before an installed copy, and what is built must be there.
 # Python compiles a module when it is first imported: doing so with all of scipy beforehand took longer than the demo.
 $(BIN)/cncgen: pyproject.toml setup.py $(wildcard cncgen/kernels/*.py)
 	$(PYTHON) -m venv $(VENV)
-	PIP_NO_COMPILE=1 $(BIN)/python -m pip install --quiet .
+	PIP_NO_COMPILE=1 $(BIN)/python -m pip install --quiet --editable .
 	@touch $@
 
 install: $(BIN)/cncgen

@@ -186,6 +186,12 @@ sys.exit(run(["plan", "part.nc", "-o", "plain.csv"]))
             assert float(x) == pytest.approx(float(y), abs=2e-9)
 
 
+def test_what_make_installs_is_the_checkout_itself(root: Path) -> None:
+    """The README's example runs in its top folder, where Python finds the folder cncgen before a copy in site-packages."""
+    text = (root / "Makefile").read_text(encoding="utf-8")
+    assert len(re.findall(r"pip install .*--editable ", text)) == text.count("pip install") == 2
+
+
 def test_wheels_are_tried_by_the_steps_of_make_demo(root: Path) -> None:
     with (root / "pyproject.toml").open("rb") as file:
         tried = tomllib.load(file)["tool"]["cibuildwheel"]["test-command"]
