@@ -741,6 +741,14 @@ def test_a_program_cannot_steer_the_terminal(cncgen: Run, tmp_path: Path) -> Non
     assert "G1 X␛[31mRED␇".encode() in said
 
 
+@pytest.mark.parametrize("nothing", [b"", b"\n\n", b"# a comment alone\n"])
+def test_a_pipe_whose_writer_failed_is_empty_and_no_strange_file(cncgen: Run, nothing: bytes) -> None:
+    """As of ``cncgen plan bad.nc | cncgen simulate``."""
+    run = cncgen("simulate", "--axis-params", "xy-table", stdin=nothing)
+    said = refused(run, 2, "setpoints-")
+    assert ("did the command before the pipe end with an error?" in said) == (b"#" not in nothing)
+
+
 def test_npz_through_a_pipe(cncgen: Run, small: Path) -> None:
     planned = cncgen(*PLAN, small, "-m", "xy-table", "--format", "npz")
     judged = cncgen("verify", "-", "-p", small, "-m", "xy-table", stdin=planned.stdout)

@@ -196,7 +196,7 @@ def test_csv_of_others(
 @pytest.mark.parametrize(
     ("text", "code", "place"),
     [
-        ("", "setpoints-header", 1),
+        ("", "setpoints-empty", None),
         ("x,y\n1,2\n", "setpoints-header", 1),
         ("t_s,x_mm\n", "setpoints-empty", None),
         ("t_s,x_mm\n0,1\n", "setpoints-period", None),

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Span, UsageError, excerpt_of
-from cncgen.files import reading_faults
+from cncgen.files import STANDARD, reading_faults
 from cncgen.kernels import decimal_rows as kernel
 from cncgen.setpoints.columns import POSITION_COLUMNS
 from cncgen.setpoints.readers.blocks import FileBlock, RowFaults, warn_of_columns
@@ -41,6 +41,10 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
     while text and (not header or header.startswith(b"#")):
         head, _, text = text.partition(b"\n")
         header, number = head.strip(), number + 1
+    if not header:
+        hint = "did the command before the pipe end with an error?" if name == STANDARD else ""
+        message = f"{'standard input' if name == STANDARD else name} holds no setpoints: it is empty"
+        raise UsageError(Diagnostic("setpoints-empty", message, hint=hint))
     table = _Table(name, header, number)
     faults = RowFaults(name)
     while text or (text := next(lines, b"")):
