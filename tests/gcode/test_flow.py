@@ -42,6 +42,32 @@ def test_one_branch_is_taken(run: Any, value: int, expected: float) -> None:
     assert xs(out) == [expected]
 
 
+@pytest.mark.parametrize(
+    ("text", "word", "end"),
+    [
+        ("o1 while [#1 lt 5]\n#1=[#1+1]\nG0 X#1\nM2", "WHILE", "ENDWHILE"),
+        ("o1 repeat [5]\n#1=[#1+1]\nG0 X#1\nM2", "REPEAT", "ENDREPEAT"),
+        ("o1 if [#1 lt 5]\n#1=[#1+1]\nG0 X#1\nM2", "IF", "ENDIF"),
+        ("o9 sub\no1 while [#1 lt 5]\nG0 X1\no9 endsub\no9 call [1]\no1 endwhile\nM2", "WHILE", "ENDWHILE"),
+    ],
+)
+def test_a_loop_or_branch_without_an_end_is_run_once_with_a_warning(
+    run: Any, text: str, word: str, end: str
+) -> None:
+    """LinuxCNC's interpreter runs it so, and says nothing: the end is looked for by a jump alone."""
+    out = run(text)
+    found = [d for d in out.diagnostics if d.code == "oword-unclosed"]
+    assert [(d.severity, d.message) for d in found] == [
+        ("warning", f"o1 {word} has no {end}: what follows is run once")
+    ]
+    assert [float(row[0]) for row, kind in zip(out.path.end, out.path.kind, strict=True) if kind != 3] == [1]
+
+
+def test_a_program_that_ends_within_a_branch_that_has_an_end(run: Any) -> None:
+    out = run("o1 if [1]\nG0 X1\nM2\no1 endif\nG0 X2\nM2")
+    assert [d.code for d in out.diagnostics if d.code.startswith("oword")] == []
+
+
 def test_break_and_continue(run: Any) -> None:
     out = run(
         "o1 while [1]\n#1=[#1+1]\no2 if [#1 eq 2]\no1 continue\no2 endif\no3 if [#1 gt 4]\no1 break\no3 endif\n"

@@ -9,6 +9,7 @@ import os
 from collections.abc import Callable
 from functools import cached_property
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block, Flow, evaluate, nearest
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.calls import Calls
@@ -30,8 +31,8 @@ if TYPE_CHECKING:
 _EQUAL = 1e-4
 #: The goal of BREAK and CONTINUE.
 _LOOP_END = "the loop's end"
-#: Keywords that begin a branch or loop, and claim its label.
-_BEGINNING = ("if", "while", "do", "repeat")
+#: Keywords that begin a branch or loop, and claim its label, and those that end it.
+_BEGINNING = {"if": "endif", "while": "endwhile", "do": "while", "repeat": "endrepeat"}
 #: Values in brackets that an O-word takes at most, where it has a bound.
 _MOST_ARGUMENTS = {"sub": 0, **dict.fromkeys(("if", "elseif", "while", "repeat", "return", "endsub"), 1)}
 
@@ -111,8 +112,7 @@ class FlowControl:
         keyword, frame = flow.keyword, self.calls.frame
         above, below = gcode_codes.LOOKS[keyword]
         label = self.label_of(flow)
-        if keyword in _BEGINNING:
-            self.claim(flow, label, here)
+        new = keyword in _BEGINNING and self.claim(flow, label, here)
         mark = self.previous_mark(here, label, above, keyword) if above and keyword != "while" else None
         value = 0.0
         if keyword in ("if", "elseif", "while"):  # LinuxCNC computes that of ELSEIF on the way, too
@@ -123,6 +123,8 @@ class FlowControl:
             mark = self.next_mark(here, label, below, _LOOP_END)
         way = frame.lead(gcode_codes.KEYWORDS[keyword], label, value)
         if way == gcode_codes.STAY:
+            if new:
+                self._check_end(keyword, label, here)
             return None
         if way == gcode_codes.PAST_PREVIOUS and keyword == "while":
             mark = self.previous_mark(here, label, above, "while")
@@ -187,16 +189,29 @@ class FlowControl:
 
     # Lines.
 
-    def claim(self, flow: Flow, label: Label, here: Cursor) -> None:
-        """Take a label for the branch or loop that begins here; raise where another one of this subroutine has it."""
+    def claim(self, flow: Flow, label: Label, here: Cursor) -> bool:
+        """Take a label for the branch or loop that begins here; tell whether it begins for the first time.
+
+        Raises:
+            BlockError: Another one of this subroutine has it.
+        """
         frame = self.calls.frame
         if flow.keyword == "while" and frame.doing is not None and label in frame.doing:
-            return
+            return False
         first, keyword = self._first.setdefault((frame.label, here.source, label), (here, flow.keyword))
         if first.offset != here.offset and not keyword == flow.keyword == "do":
             message = f"o{shown(label)} begins {_with_article(keyword)} in line {first.line} already"
             hint = "give each branch and loop of a subroutine a label of its own"
             raise BlockError("oword-duplicate", message, "O", hint=hint)
+        return first is here
+
+    def _check_end(self, keyword: str, label: Label, here: Cursor) -> None:
+        """Warn of a branch or loop without an end, which no jump has to look for while the program ends inside: it is run once."""
+        labels, end = self.subroutines.labels(here.source), _BEGINNING[keyword]
+        if labels.next(here.offset, label, (end,), self.subroutines.resolved, over_borders=False) is None:
+            message = f"o{shown(label)} {keyword.upper()} has no {end.upper()}: what follows is run once"
+            hint = f"it must stand below, with the label o{shown(label)}, in the same subroutine"
+            self.ip.warn(BlockError("oword-unclosed", message, "O", hint=hint), Severity.WARNING)
 
     def next_mark(self, here: Cursor, label: Label, keywords: tuple[str, ...], wanted: str) -> Marked:
         """Return the first later line of the subroutine with this label and one of the keywords."""
