@@ -824,3 +824,16 @@ def test_words_that_a_form_of_a_cycle_has_no_use_for_are_told(run: Any, block: s
         text.replace(block, " ".join(w for w in block.split() if w[0] not in idle)), dialect="fanuc-lathe"
     )
     assert out.path.end.tolist() == used.path.end.tolist()
+
+
+def test_g50_names_the_place_of_the_spindle_too(run: Any) -> None:
+    """``G50 C0`` before polar coordinates: C10. is then 10 degrees on from where C stood, and ``G50 H5.`` names it 5 more."""
+    out = run(
+        "G21\nG0 X50. Z2. C30.\nG50 C0\nG0 C10.\nG50 X60. C40.\nX60. C45.\nG50 H5.\nC45.\nM30",
+        dialect="fanuc-lathe",
+    )
+    assert out.errors == []
+    axes = list(out.path.axes)
+    moved = out.path.end[out.path.kind != 3]
+    assert np.degrees(moved[:, axes.index("C")]).tolist() == pytest.approx([30, 40, 45, 40])
+    assert moved[:, axes.index("X")].tolist() == pytest.approx([25, 25, 25, 25])

@@ -144,3 +144,25 @@ def test_a_bar_feeder_of_haas(run: Run) -> None:
     assert out.errors == []
     assert "builders-code" in [d.code for d in out.diagnostics if d.severity == "warning"]
     assert out.path.end[out.path.kind < 3].shape[0] == 2
+
+
+@pytest.mark.parametrize(
+    ("dialect", "deleted"),
+    [
+        ("fanuc", '/ N65 M200 "CHECK THE TOOL\\nPRESS START"'),
+        ("fanuc", "N65 / G1 X5. $"),
+        ("fanuc", "/2 G1 X5. FOO"),
+        ("linuxcnc", "/ G1 X5 ?A"),
+        ("sinumerik", '/N20 FOO("A" B'),
+        ("sinumerik", "/1 X=(1+"),
+    ],
+)
+def test_what_a_deleted_block_holds_is_no_fault(run: Run, dialect: str, deleted: str) -> None:
+    """FANUC B-64484EN, 13.2: with the switch of /n on, the information in the block is ignored; without, the text is a fault."""
+    text = (
+        f"G21\nG0 X1.\n{deleted}\nG0 X3.\nM30" if dialect != "sinumerik" else f"G0 X1\n{deleted}\nG0 X3\nM30"
+    )
+    out = run(text, dialect=dialect)
+    assert out.errors == []
+    assert out.path.end[out.path.kind != 3, 0].tolist() == [1, 3]
+    assert [code for code, *_ in run(text, dialect=dialect, block_delete=False).errors] == ["syntax"]

@@ -363,7 +363,7 @@ WRONG: dict[str, tuple[str, tuple[str, int, int]]] = {
     "no value": ("G1 X=", ("syntax", 1, 6)),
     "a sign": ("G1 X10 = 5", ("variable-unknown", 1, 4)),
     "an open bracket": ("X=(1+2", ("syntax", 1, 7)),
-    "a synchronous action": ("WHEN $AA_IW[X]>3 DO M7\nG0 X1", ("not-read", 1, 1)),
+    "a synchronous action": ("WHEN $AA_IW[X]>3 DO M3\nG0 X1", ("not-read", 1, 1)),
     "a synchronous action by its number": ("N5 ID=1 WHENEVER $AA_IW[X]>3 DO $AC_OVR=50", ("not-read", 1, 4)),
     "an unknown name": ("G1 X=TIEFE F100", ("variable-unknown", 1, 6)),
     "an unknown word": ("TIEFE=5", ("variable-unknown", 1, 1)),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -284,6 +285,66 @@ def test_interrupts_and_files_of_the_control_move_nothing(run: Run) -> None:
     assert [(d.severity.value, d.code) for d in found if d.code != "units-assumed"] == [
         ("note", "interrupt-not-run")
     ]
+
+
+@pytest.mark.parametrize(
+    "action",
+    [
+        "ID=1 WHENEVER $AA_IW[X]>3 DO M7",
+        "N5 WHEN $A_IN[1]==TRUE DO M8 $A_OUT[2]=1 H5 ; M3",
+        "IDS=2 EVERY $A_IN[2]==1 do $A_OUTA[1]=5",
+        "ID=3 WHEN $R11>=$$AA_IW[Z] DO M=37",
+    ],
+)
+def test_outputs_of_synchronous_actions_move_nothing(run: Run, action: str) -> None:
+    """Outputs and M functions that the control sends while blocks move: the motions are those without them, with a note."""
+    text = f"{action}\nG0 X5\nCANCEL(1)\nM30"
+    assert ends(run, text) == [[5, 0, 0]]
+    assert ("note", "synchronous-output") in [
+        (d.severity.value, d.code) for d in run(text, dialect="sinumerik").diagnostics
+    ]
+
+
+@pytest.mark.parametrize(
+    "done",
+    ["M3", "M17", "M2=3", "$AC_OVR=50", "POS[X]=5", "M8 POS[X]=5", "R1=5", "S500", "$AA_OFF[X]=1", "M1"],
+)
+def test_other_synchronous_actions_are_refused(run: Run, done: str) -> None:
+    assert [
+        code for code, *_ in run(f"ID=1 WHEN TRUE DO {done}\nG0 X5\nM30", dialect="sinumerik").errors
+    ] == ["not-read"]
+
+
+def test_functions_whose_output_is_not_waited_for(run: Run) -> None:
+    """M=QU(8) is M8 that the control does not wait for (840D sl, Fundamentals, "Auxiliary function outputs")."""
+    assert ends(run, "M=QU(8) H=QU(5)\nG0 X5 M=QU(9)\nM30") == [[5, 0, 0]]
+    assert fault(run, "G0 X=QU(5)\nM30")[0] == "not-read"
+
+
+def test_couplings_of_spindles_move_no_axis(run: Run) -> None:
+    """A sub-spindle that turns with the main one takes a part over; a coupling of axes would move them, and is refused."""
+    text = 'COUPDEF(S2,S1,1,1,"NOC","DV")\nCOUPON(S2,S1,113.5)\nCOUPON(SPI(2),SPI(1))\nG0 Z5\nCOUPOF(S2,S1)\nCOUPDEL(S2,S1)\nM30'
+    assert ends(run, text) == [[0, 0, 5]]
+    assert [code for code, *_ in run("COUPON(Y,X)\nG0 X5\nM30", dialect="sinumerik").errors] == ["not-read"]
+
+
+def test_an_end_and_a_centre_of_another_plane_make_an_arc_there(run: Run) -> None:
+    """840D sl, Fundamentals, "Circular interpolation": the axes of the end name the plane; by hand, quadrants and a half of radius 10.
+
+    In the plane Z X, counter-clockwise leads from +Z to +X: from 10 below the centre along X, to 10 beyond it along Z.
+    """
+    text = "G17 G0 X50 Y0 Z0\nG3 X60 Z10 I10 K0 F100\nG1 X70\nG2 X60 Z0 I0 K-10\nG3 X60 Z20 K=AC(10) I=AC(60)\nG2 X70 Y10 I10 J0\nM30"
+    toolpath = run(text, dialect="sinumerik").path
+    arcs = toolpath.arcs
+    assert arcs.centre.tolist() == [[60, 0, 0], [70, 0, 0], [60, 0, 10], [70, 0, 20]]
+    assert arcs.sweep.tolist() == pytest.approx([math.pi / 2, math.pi / 2, math.pi, math.pi / 2])
+    assert arcs.normal.tolist() == [[0, 1, 0], [0, -1, 0], [0, 1, 0], [0, 0, -1]]
+    # A helix stays in its plane, and a centre outside the plane of the end is no arc.
+    helix = run("G17 G0 X0 Y0 Z0\nG2 X20 Z-5 I10 J0 F100\nM30", dialect="sinumerik").path
+    assert helix.arcs.normal.tolist() == [[0, 0, -1]]
+    for wrong in ("G2 X50 Y0 I-10 J0 K5", "G2 Y50 I-10 K5", "G2 K10 AR=90"):
+        found = run(f"G17 G0 X50 Y0 Z0 F100\n{wrong}\nM30", dialect="sinumerik").errors
+        assert [code for code, *_ in found] == ["arc-plane"]
 
 
 #: A contour as the control's editor writes it, and what mills beside it, left, 5 away: its corner of 4 becomes one of 9.

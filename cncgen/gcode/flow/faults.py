@@ -23,8 +23,10 @@ class Faults:
         found: Whether anything was wrong so far.
     """
 
-    def __init__(self, sources: list[Source], sink: Sink, reporter: Reporter) -> None:
+    def __init__(self, sources: list[Source], sink: Sink, reporter: Reporter, *, deletes: bool) -> None:
+        """Begin without faults; `deletes` tells that blocks with a slash are left out, whatever they hold."""
         self._sources = sources
+        self._deletes = deletes
         self._sink = sink
         self._reporter = reporter
         self.flush: Callable[[], None] = lambda: None
@@ -60,10 +62,13 @@ class Faults:
             Astray: Lines failed so often that a loop, whose condition their effects would have ended, counts as endless.
         """
         self.flush()
+        text = self._sources[here.source].text_at(here.offset)
+        if error.code == "syntax" and self._deletes and _begins_with_slash(text):
+            return
         if (here, error.code) not in self._said:
             self._said.add((here, error.code))
             self.at(here, error)
-            self.recover(self._sources[here.source].text_at(here.offset))
+            self.recover(text)
             return
         self._failures += 1
         if self._failures % _MAX_FAILURES == 0:
@@ -78,3 +83,11 @@ class Faults:
         if (here, what) not in self._said:
             self._said.add((here, what))
             self._reporter.report(self._sources[here.source], here.line, here.offset, error, severity)
+
+
+def _begins_with_slash(text: str) -> bool:
+    """Tell whether a block is one that is left out: its slash may stand behind the block number."""
+    head = text.lstrip().upper()
+    if head.startswith("N"):
+        head = head[1:].lstrip(" \t0123456789")
+    return head.startswith("/")

@@ -47,7 +47,7 @@ class Run:
         self.sources = [source]
         self._options, self._path = options, path
         self._choice = choice or chosen(source, options.dialect)
-        self._faults = Faults(self.sources, sink, self.reporter)
+        self._faults = Faults(self.sources, sink, self.reporter, deletes=options.block_delete)
         self._assemble(sink)
 
     def _assemble(self, sink: Sink) -> None:

@@ -40,7 +40,16 @@ def follow(
 
 
 def make(motions: Motions, words: Words, given: dict[str, float], end: list[float], polar: bool) -> None:
-    """Make an arc: about a centre, by radius, angle, intermediate point or tangent."""
+    """Make an arc: about a centre, by radius, angle, intermediate point or tangent; in the plane of its end where I J K are of that."""
+    plane = _plane_of_end(motions, words, given)
+    if plane is not None:
+        before = motions.ip.state.plane
+        motions.emit({}, (10 * plane,))
+        try:
+            make(motions, words, given, end, polar)
+        finally:
+            motions.emit({}, (10 * before,))
+        return
     first, second, _ = motions.plane()
     start = motions.ip.state.position
     begin, finish = complex(start[first], start[second]), complex(end[first], end[second])
@@ -79,6 +88,27 @@ def make(motions: Motions, words: Words, given: dict[str, float], end: list[floa
         out["ijk"[first % 3]], out["ijk"[second % 3]] = spoke.real, spoke.imag
     motions.emit(out, (20 if clockwise else 30,))
     head(motions, finish - (begin + spoke), clockwise=clockwise)
+
+
+def _plane_of_end(motions: Motions, words: Words, given: dict[str, float]) -> int | None:
+    """Return the number of another plane, in which the two axes of the end and the centre of an arc lie.
+
+    840D sl, Fundamentals, "Circular interpolation": circles outside the working plane, not with AR and helices, are those whose end
+    names two axes of another one. Only a centre of these axes makes that sure here.
+    """
+    axes = "".join(sorted(given))
+    plane = {"xy": 17, "xz": 18, "yz": 19}.get(axes)
+    centre = {"XYZ"["IJK".index(word)].lower() for word in words.named if word in "IJK"}
+    if plane in (None, motions.ip.state.plane) or not centre or not centre <= set(axes):
+        return None
+    first, second, _ = motions.plane()
+    if (
+        centre <= {AXES[first], AXES[second]}
+        or {"AR", "TURN", "CR"} & words.named.keys()
+        or motions.ip.state.compensation != 40
+    ):
+        return None
+    return plane
 
 
 def head(motions: Motions, spoke: complex, *, clockwise: bool) -> None:

@@ -13,7 +13,7 @@ from cncgen.gcode.codes.cutter_compensation import feed_along_contour
 from cncgen.gcode.codes.tools import table_offset
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.sinumerik import frame_variables, measuring, orientation, swivelling, unread_cycles
-from cncgen.gcode.sinumerik.expressions import Scalar, number
+from cncgen.gcode.sinumerik.expressions import Function, Scalar, Value, Variable, number
 from cncgen.records import replace
 from cncgen.toolpath.record import Event
 
@@ -27,7 +27,7 @@ NAMED = frozenset(
     [*MACHINE_AXES, *orientation.VECTOR, *orientation.ANGLES, *measuring.WORDS, *(f"S{k}" for k in range(10)), *(f"M{k}" for k in range(1, 100)),
      "AP", "RP", "FP", "CR", "AR", "ANG", "TURN", "I1", "J1", "K1", "RND", "RNDM", "CHF", "CHR", "FRC", "FRCM", "ADIS", "ADISPOS",
      "CTOL", "OTOL", "CTOLG0", "OTOLG0", "PW", "PL", "SD", "RPL", "SPOS", "SPOSA", "SF", "PO", "DISC", "DISR", "DISCL", "DISRP",
-     "OFFN", "OVR", "PIT", "DITS", "DITE", "FB", "FZ", "FAD", "SCC", "LIMS", "PRIO", "H1", "H2", "D1", "T1", "T2", "T3",]
+     "OFFN", "OVR", "PIT", "DITS", "DITE", "FB", "FZ", "FAD", "SCC", "LIMS", "PRIO", "ALF", "H1", "H2", "D1", "T1", "T2", "T3",]
 )  # fmt: skip
 #: Words that change how the control moves, not where to: accepted.
 _ACCEPTED = frozenset(
@@ -48,6 +48,8 @@ _MOTIONS = ("ASPLINE", "CSPLINE", "BSPLINE", "POLY", "CIP", "CT")
 _FRAMES = ("TRANS", "ATRANS", "ROT", "AROT", "ROTS", "AROTS", "SCALE", "ASCALE", "MIRROR", "AMIRROR")
 
 
+#: Couplings of axes and of spindles.
+COUPLINGS = ("COUPDEF", "COUPON", "COUPONC", "COUPOF", "COUPOFS", "COUPDEL", "COUPRES")
 #: Commands that are named and not read.
 _NAMED_NOT_READ = {
     **dict.fromkeys(("TRAANG", "TRACON"), "a transformation of inclined axes"),
@@ -67,7 +69,7 @@ _NAMED_NOT_READ = {
     "BLOCK": "a part of another program",
     "ISOCALL": "a subprogram of the ISO dialect",
     **dict.fromkeys(("MEASA", "MEAWA", "MEAC"), "measuring by axes"),
-    **dict.fromkeys(("LEADON", "COUPDEF", "COUPON", "COUPONC", "COUPOF", "TRAILON", "EGON"), "coupled axes"),
+    **dict.fromkeys(("LEADON", "TRAILON", "EGON", *COUPLINGS), "coupled axes"),
 }  # fmt: skip
 
 
@@ -77,6 +79,18 @@ def check_name(name: str) -> None:
         raise not_read(name, _NAMED_NOT_READ[name])
     if unread_cycles.is_step(name):
         raise unread_cycles.refused(name)
+
+
+def couples_spindles(name: str, arguments: Sequence[Value | None]) -> bool:
+    """Tell whether a call couples spindles: COUPON(S2,S1), COUPON(SPI(2),SPI(1)), COUPOF(S2)."""
+    coupled = arguments[:2]
+    return name in COUPLINGS and bool(coupled) and all(map(_is_spindle, coupled))
+
+
+def _is_spindle(argument: Value | None) -> bool:
+    if isinstance(argument, Function):
+        return argument.name == "SPI"
+    return isinstance(argument, Variable) and argument.name[:1] == "S" and argument.name[1:].isdigit()
 
 
 def not_read(name: str, what: str = "") -> BlockError:

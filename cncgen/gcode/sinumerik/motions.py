@@ -56,7 +56,7 @@ _MOTIONS = {0: "G0", 1: "G1", 2: "G2", 3: "G3", 33: "G33", 331: "G331", 332: "G3
 _PLAIN = {"G0": 0, "G1": 10, "G2": 20, "G3": 30}
 #: Words that mean nothing where nothing uses them, as the feed of a corner in a block without one.
 _IDLE = frozenset(
-    ["FRC", "H", "H1", "H2", "SPOS", "SPOSA", "LIMS", "DISC", "FAD", "OTOL", "CTOLG0", "OTOLG0", "N"]
+    ["FRC", "H", "H1", "H2", "SPOS", "SPOSA", "LIMS", "DISC", "FAD", "OTOL", "CTOLG0", "OTOLG0", "N", "ALF"]
 )
 #: Codes of motions at a feed.
 _FED = frozenset((10, 20, 30, 50))
@@ -424,6 +424,10 @@ class Motions:
         """Run a cycle, a command with arguments, or a subprogram."""
         if commands.CALLS.get(name) is commands.nothing:
             return
+        if commands.couples_spindles(name, arguments or ()):
+            message = f"{name} is passed over: a coupling of spindles moves no axis here"
+            self.note_once("channel-alone", message, name, "the time until they turn alike is not counted")
+            return
         if name in _CYCLES or name in commands.CALLS:
             if name != "MSG":
                 self.settle()
@@ -710,6 +714,9 @@ def _mode_of(name: str, at: Sequence[Scalar], node: Value) -> tuple[str, Value]:
             message = f"{name}={function}(...): diameters and radii are of X"
             raise BlockError("axis-mode", message, name, hint="AC() or IC()")
         return function, node.arguments[0] or 0.0
+    if isinstance(node, Function) and function == "QU" and name[:1] in "MH" and len(node.arguments) == 1:
+        # An output that the control does not wait for (840D sl, Fundamentals, "Auxiliary function outputs").
+        return "", node.arguments[0] or 0.0
     if function in _UNREAD_MODES:
         message = f"{function}() is not read"
         raise BlockError("not-read", message, function, hint="AC, IC, DC, ACP and ACN are")

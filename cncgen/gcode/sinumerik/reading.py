@@ -37,6 +37,10 @@ _LANGUAGE = Language(
 _COMPARISONS = ("==", "<", ">")
 
 
+#: M functions beyond 10 that end programs, turn the spindle to a place or make it an axis.
+_NO_OUTPUTS = (17, 19, 30, 70)
+
+
 @dataclass(slots=True)
 class Statement:
     """A line: its kind (``block``, ``if``, ``for`` …), its data, and the parts before its block.
@@ -64,11 +68,22 @@ def parse(text: str) -> Statement:
         relation = text.startswith(_COMPARISONS, reader.error)
         hint = "AND and OR bind before comparisons: IF (R1==1) AND (R2==2)" if relation else ""
         raise refusal(text, reader.error, reader.expected(), _LANGUAGE, hint)
-    if statement.kind == "synchronous":
+    if statement.kind == "synchronous" and not _outputs_alone(statement.data[0]):
         message = "a synchronous action, which acts while other blocks move, is not read"
         hint = "leave it out, or write what it does as blocks"
         raise BlockError("not-read", message, column=text.index(statement.data[0]) + 1, hint=hint)
     return statement
+
+
+def _outputs_alone(action: str) -> bool:
+    """Tell whether a synchronous action does no more than to send outputs and M functions that start no spindle and change no tool."""
+    import re
+
+    output = r"\$A_OUTA?\[[^\]]*\][ \t]*=[ \t]*\S+|H[ \t]*=?[ \t]*\d+|M[ \t]*=?[ \t]*(\d+)(?![\d=])"
+    done = re.split(r"\bDO\b", action.split(";")[0].upper())[-1]
+    functions = [int(one[1]) for one in re.finditer(output, done) if one[1]]
+    quiet = all(7 <= m <= 9 or (m > 10 and m not in _NO_OUTPUTS) for m in functions)
+    return quiet and bool(done.strip()) and not re.sub(output, "", done).strip()
 
 
 def _line(delete: str | None, number: str | None, label: str | None, found: Item | None) -> Statement:

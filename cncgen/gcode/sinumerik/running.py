@@ -181,6 +181,13 @@ class SinumerikRunner(LanguageRun[Program]):
     def do_endif(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         """Go on: the statement begins a loop, ends a branch or declares."""
 
+    def do_synchronous(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+        """ID=1 WHEN … DO M8: an output that comes while other blocks move."""
+        message = "a synchronous action sends outputs and M functions while other blocks move: passed over"
+        self.motions.note_once(
+            "synchronous-output", message, "", "a block with its M function shows when it comes"
+        )
+
     do_loop = do_repeat = do_header = do_proc = do_extern = do_endif
 
     def do_if(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
