@@ -166,6 +166,7 @@ UNREAD = [
     ("O1001\nG16 H0\nG0 Z9999\nM6 T1\nG15 H1\nG0 X10. Y20.\nG56 Z15. H1\nG1 Z-5. F333.\nM2", "Okuma"),
     ("O1\nVC1=10\nVC2=VC1+5\nG0 X=VC2\nM2", "Okuma"),
     ("N100 G00 X80 Z5\nM110\nG94\nSB=2000 M13\nG181 X60 Z-10 C0 K5 F100\nC60\nG180\nM02", "Okuma"),
+    ("G140\nNSTRT\n(OD ROUGH RIGHT)\nG0 X20. Z30.\nG50 S800\nT010101\nM42\nG97 S200 M3\nG0 X1.8 Z.1\nG95 G1 Z-1. F.01\nM2", "Okuma"),
     ("N10 G97 S800 M03\nG00 X34 Z5\nG71 X27.55 Z-24 B60 D0.6 U0.1\n$H2.45 L2 F2\nG00 X100 Z50\nM02", "Okuma"),
     ("; LightBurn 1.6.03\n; Marlin device profile, user origin\nG21\nG90\nM106 S128\nG1 X20 F1200\nM107\nM2", "3D printers"),
     (";FLAVOR:Marlin\nM104 S200\nG28\nG92 E0\nG1 X10 Y20 E1.5 F1500\nM84", "3D printers"),

@@ -64,8 +64,8 @@ def test_origins_are_read_back(run: Run) -> None:
 @pytest.mark.parametrize(
     ("line", "code", "part"),
     [
-        ("$P_UIFR[1,Z,RT]=45", "not-read", "RT"),
-        ("$P_UIFR[1]=CROT(Z,45)", "not-read", "turns"),
+        ("$P_UIFR[1,X,RT]=45", "not-read", "RT"),
+        ("$P_UIFR[1]=CROT(X,45)", "not-read", "turns"),
         ("$P_UIFR[100,X,TR]=1", "system-number", "1 to 99"),
         ("R1=CTRANS(X,1)", "not-read", "R1"),
         ("$P_PFRAME=CTRANS(X,1):R1", "not-read", "frame"),
@@ -313,6 +313,60 @@ def test_other_synchronous_actions_are_refused(run: Run, done: str) -> None:
     assert [
         code for code, *_ in run(f"ID=1 WHEN TRUE DO {done}\nG0 X5\nM30", dialect="sinumerik").errors
     ] == ["not-read"]
+
+
+def test_an_origin_that_turns_about_z(run: Run) -> None:
+    """$P_UIFR[1]=CTRANS(X,10,Y,5):CROT(Z,90): X of the program is Y of the machine, Y is -X (by hand); a frame turns within it."""
+    text = """$P_UIFR[1]=CTRANS(X,10,Y,5):CROT(Z,90)
+G54 G0 X10 Y0
+G1 X10 Y5 F100
+G2 X15 Y0 I0 J-5
+G91 G1 X2
+G90 TRANS X5
+X0 Y0
+ROT Z-90
+X3 Y1
+ROT
+SUPA G0 X1 Y2
+G53 X3
+X0 Y1
+R1=$P_UIFR[1,Z,RT]
+$P_UIFR[1,Z,RT]=R1+90
+X2 Y0
+$P_UIFR[2]=$P_UIFR[1]:CROT(Z,-180)
+G55 X4 Y2
+G500 X1 Y1
+M30"""
+    machine = [
+        [10, 15],
+        [5, 15],
+        [10, 20],
+        [10, 22],
+        [10, 10],
+        [13, 6],
+        [1, 2],
+        [3, 2],
+        [9, 5],
+        [8, 5],
+        [14, 7],
+        [1, 1],
+    ]
+    assert ends(run, text) == [[*place, 0] for place in machine]
+
+
+def test_directions_turn_with_an_origin(run: Run) -> None:
+    """The same place and direction, in coordinates turned by 90 degrees about Z by the origin and by ROT."""
+    trunnion = Kinematics(0, (3, 5), (0.0, 0.0, -100.0))
+    block = "TRAORI\nG0 X2 Y-10 Z3 A3=0.3 B3=-0.1 C3=1\nG1 X4 A3=0 B3=0.2 C3=1 F500\nM30"
+    places = [
+        run(f"{turned}\n{block}", dialect="sinumerik", kinematics=trunnion).path.end
+        for turned in ("$P_UIFR[1]=CROT(Z,90)\nG54", "ROT Z90")
+    ]
+    assert places[0] == pytest.approx(places[1], abs=1e-9)
+    assert np.ptp(places[0], axis=0).max() > 1.0
+    plane = '$P_UIFR[1]=CROT(Z,90)\nG54\nCYCLE800(0,"",0,57,0,0,0,20,0,0,0,0,0,-1)\nM30'
+    found = run(plane, dialect="sinumerik", kinematics=trunnion)
+    assert [code for code, *_ in found.errors] == ["not-read"]
 
 
 def test_functions_whose_output_is_not_waited_for(run: Run) -> None:

@@ -6,6 +6,7 @@ A frame is written as a chain of CTRANS, CROT, CSCALE, CMIRROR and CFINE, or par
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import AXES, AXIS_INDEX
@@ -15,7 +16,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinumerik.expressions import Chain, Function, Scalar, Value, Variable, evaluate, number
 from cncgen.gcode.sinumerik.swivelling import take_frames
-from cncgen.gcode.state.systems import MORE_COUNT, SYSTEM_COUNT, first_parameter, load_system
+from cncgen.gcode.state.systems import MORE_COUNT, ROTATION, SYSTEM_COUNT, first_parameter, load_system
 from cncgen.records import replace
 
 if TYPE_CHECKING:
@@ -28,6 +29,8 @@ ORIGINS, PROGRAMMABLE, IN_FORCE = "$P_UIFR", "$P_PFRAME", "$P_IFRAME"
 VARIABLES = (ORIGINS, PROGRAMMABLE)
 #: Parts of a frame: shift, fine shift, rotation, scale, mirror.
 PARTS = ("TR", "FI", "RT", "SC", "MI")
+#: Rounding moves an element of a matrix by less than this.
+_TINY = 1e-12
 #: The origin of G599.
 LAST_ORIGIN = 99
 
@@ -51,8 +54,9 @@ def _frame(motions: Motions, value: Value) -> frames.Frame:
     if isinstance(value, Variable) and value.name == PROGRAMMABLE and not value.indices:
         return motions.frames.programmable
     if isinstance(value, Variable) and value.name == ORIGINS and len(value.indices) == 1:
-        origin = _origin(motions.ip, _system(evaluate(value.indices[0], motions.store)))
-        return frames.Frame(shift=(origin[0], origin[1], origin[2]))
+        system = _system(evaluate(value.indices[0], motions.store))
+        origin = _origin(motions.ip, system)
+        return frames.Frame(frames.turn(2, _turn(motions.ip, system)), (origin[0], origin[1], origin[2]))
     if not isinstance(value, Function) or value.name not in MAKERS:
         raise _refused(getattr(value, "name", "a number"), "no frame")
     kind = {"CTRANS": "TRANS", "CFINE": "TRANS"}.get(value.name, value.name[1:])
@@ -65,7 +69,7 @@ def _frame(motions: Motions, value: Value) -> frames.Frame:
 
 
 def set_frame(motions: Motions, name: str, at: list[Scalar], value: Value) -> None:
-    """Set a frame variable; an origin is a shift alone."""
+    """Set a frame variable; an origin is a shift, and a rotation about Z within it."""
     motions.settle()
     if name == IN_FORCE and not at and isinstance(value, Variable) and value.name == ORIGINS:
         use_origin(motions, round(number(evaluate(value.indices[0], motions.store))), name)
@@ -76,11 +80,16 @@ def set_frame(motions: Motions, name: str, at: list[Scalar], value: Value) -> No
         return
     if name != ORIGINS or len(at) != 1:
         raise _refused(name, "a frame variable")
-    if made.matrix != frames.UNIT:
-        raise _refused(ORIGINS, "an origin that turns or scales")
+    turned = math.degrees(math.atan2(made.matrix[1][0], made.matrix[0][0]))
+    if any(
+        abs(a - b) > _TINY
+        for row, other in zip(made.matrix, frames.turn(2, turned), strict=True)
+        for a, b in zip(row, other, strict=True)
+    ):
+        raise _refused(ORIGINS, "an origin that scales, mirrors, or turns about X or Y")
     shift = [*made.shift, *([0.0] * 6)]
     given = _axes_of(motions, value)
-    _set_origin(motions.ip, _system(at[0]), [given.get(k, place) for k, place in enumerate(shift)])
+    _set_origin(motions.ip, _system(at[0]), [given.get(k, place) for k, place in enumerate(shift)], turned)
 
 
 def _axes_of(motions: Motions, frame: Value) -> dict[int, float]:
@@ -111,17 +120,27 @@ def use_origin(motions: Motions, origin: int, word: str) -> None:
         raise BlockError("comp-refused", message, word, hint="turn it off before (G40)")
     with motions.shifting():
         use_system(motions.ip, _system(origin) if origin else SYSTEM_COUNT + MORE_COUNT)
+    if motions.frames.axes is not None:
+        motions.refuse_turned_origin(word)
 
 
 def _origin(ip: Interpreter, system: int) -> list[float]:
     return ip.parameters.offset(first_parameter(system), ip.table_scale())
 
 
-def _set_origin(ip: Interpreter, system: int, origin: list[float]) -> None:
+def _turn(ip: Interpreter, system: int) -> float:
+    """Return the rotation of an origin about Z, degrees."""
+    degrees: float = ip.parameters.numbers[first_parameter(system) + ROTATION]
+    return degrees
+
+
+def _set_origin(ip: Interpreter, system: int, origin: list[float], turned: float) -> None:
     ip.parameters.set_offset(first_parameter(system), origin, ip.table_scale())
+    ip.parameters.numbers[first_parameter(system) + ROTATION] = turned
     if ip.state.system == system:
         load_system(ip, system)
         ip.sink.set_g5x_offset(system, ip.state.origin)
+        ip.sink.set_xy_rotation(ip.state.rotation)
 
 
 def _part(name: str, at: list[Scalar]) -> tuple[int, int, str]:
@@ -137,9 +156,13 @@ def _part(name: str, at: list[Scalar]) -> tuple[int, int, str]:
 
 
 def set_part(motions: Motions, name: str, at: list[Scalar], value: float) -> None:
-    """Set one part of a frame variable: a shift of it, or another part to its neutral value."""
+    """Set one part of a frame variable: a shift of it, the rotation of an origin about Z, or another part to its neutral value."""
     system, column, part = _part(name, at)
     neutral = 1.0 if part == "SC" else 0.0
+    if system and part == "RT" and column == 2:
+        motions.settle()
+        _set_origin(motions.ip, system, _origin(motions.ip, system), value)
+        return
     if part != "TR" and (system or part != "FI"):
         if value != neutral:
             raise _refused(f"{name}[…,{part}]", "a part beside the shift, TR")
@@ -148,7 +171,7 @@ def set_part(motions: Motions, name: str, at: list[Scalar], value: float) -> Non
     if system:
         origin = _origin(motions.ip, system)
         origin[column] = value
-        _set_origin(motions.ip, system, origin)
+        _set_origin(motions.ip, system, origin, _turn(motions.ip, system))
         return
     if column > 2:
         raise _refused(f"{name}[{AXES[column].upper()},{part}]", "frames are of X Y Z")
@@ -158,6 +181,8 @@ def set_part(motions: Motions, name: str, at: list[Scalar], value: float) -> Non
 def part(ip: Interpreter, at: list[Scalar]) -> float:
     """Return one part of an origin."""
     system, column, kind = _part(ORIGINS, at)
+    if kind == "RT" and column == 2:
+        return _turn(ip, system)
     if kind != "TR":
         return 1.0 if kind == "SC" else 0.0
     return _origin(ip, system)[column]

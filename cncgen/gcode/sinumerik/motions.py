@@ -219,6 +219,13 @@ class Motions:
         """Add a note on the block, once in a run."""
         self.ip.warn_once(BlockError(code, message, word, hint=hint), Severity.NOTE)
 
+    def refuse_turned_origin(self, word: str) -> None:
+        """Raise where the origin turns about Z beneath a direction, which would turn with it."""
+        if self.ip.state.rotation:
+            message = f"{word} gives a direction, and the origin in force is turned by {self.ip.state.rotation:g} degrees: that is not read"
+            hint = "ROT Z turns the programmable frame, in which directions are read"
+            raise BlockError("not-read", message, word, hint=hint)
+
     def plane(self) -> tuple[int, int, int]:
         """Return the columns of the plane's axes and of the axis beside it."""
         first, second, normal = PLANE_AXES[self.ip.state.plane]

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import AXES
-from cncgen.gcode.codes.affine import applied
+from cncgen.gcode.codes.affine import applied, turn
 from cncgen.gcode.codes.carried_planes import unreached
 from cncgen.gcode.codes.tool_vectors import VectorTurn
 from cncgen.gcode.errors import BlockError
@@ -79,6 +79,7 @@ def take(motions: Motions, words: Words) -> None:
         return
     if not motions.machine_vectors:
         direction = applied(motions.frames.whole().matrix, direction)
+        direction = applied(turn(2, motions.ip.state.rotation), direction)
     position = motions.ip.state.position
     now = _angles(motions, position, kinematics)
     found = kinematics.angles_of(direction, now)

@@ -69,6 +69,8 @@ def swivel(motions: Motions, name: str, values: list[Scalar | None]) -> None:
         message = f"ST = {call.number(2):g} of {name} turns the tool to the workpiece, which is not read"
         raise BlockError("not-read", message, name, hint="ST = 0 is a new plane, 1 one within that in force")
     kinematics = motions.ip.options.kinematics
+    if kinematics is not None:
+        motions.refuse_turned_origin(_NAME)
     turned = affine.Frame(_matrix(call, kinematics), call.vector(4)).then(affine.Frame(shift=call.vector(10)))
     if round(call.number(2)) % 10 == _ADDED:
         turned = motions.frames.swivelled.then(turned)
@@ -220,6 +222,7 @@ def turn_to_tool(motions: Motions) -> None:
         message = "TOROT turns the coordinates to the tool, and nothing says where that points: TRAORI on a machine with a table [kinematics] does"
         raise BlockError("tcp-machine", message, "TOROT", hint="CYCLE800 or ROT turns a plane by angles")
     now = motions.frames
+    motions.refuse_turned_origin("TOROT")
     direction = kinematics.direction(positions(motions.ip, kinematics))
     x, y, z = affine.applied(affine.transposed(now.swivelled.matrix), direction)
     fault = BlockError("plane-points", "TOROT: the tool lies along Y, which leaves the new X open", "TOROT")
