@@ -32,6 +32,9 @@ MAX_KEPT = 1000
 #: Diagnostics with the same message that are kept: more would only repeat the same fault for every line of a program.
 MAX_ALIKE = 10
 
+#: Diagnostics that the text of an exception holds, which a notebook prints whole; all are in its `diagnostics`.
+MAX_TOLD = 20
+
 #: Characters of a source line that a diagnostic keeps (a line may be 100 MB long).
 MAX_EXCERPT = 200
 
@@ -236,8 +239,9 @@ class CncgenError(Exception):
         items = [diagnostics] if isinstance(diagnostics, Diagnostic) else list(diagnostics)
         self.diagnostics = items
         self.suppressed = diagnostics.suppressed if isinstance(diagnostics, Diagnostics) else 0
-        said = [d.render() for d in items]
-        super().__init__("\n".join([*said, more(self.suppressed)] if self.suppressed else said))
+        said = [d.render() for d in items[:MAX_TOLD]]
+        left = len(items) - len(said) + self.suppressed
+        super().__init__("\n".join([*said, more(left)] if left else said))
 
     def __reduce__(self) -> tuple[type[CncgenError], tuple[list[Diagnostic]], dict[str, Any]]:
         """Pickle by the diagnostics, of which the text is made: errors come back from other processes whole."""

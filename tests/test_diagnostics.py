@@ -10,6 +10,7 @@ from cncgen.diagnostics import (
     MAX_ALIKE,
     MAX_EXCERPT,
     MAX_KEPT,
+    MAX_TOLD,
     Diagnostic,
     Diagnostics,
     ProgramError,
@@ -97,3 +98,11 @@ def test_what_is_not_kept_is_counted_on() -> None:
     again = pickle.loads(pickle.dumps(error))
     assert (again.suppressed, str(again), again.diagnostics) == (5, str(error), error.diagnostics)
     assert ProgramError(first.__iter__()).suppressed == 0
+
+
+def test_the_text_of_an_exception_is_bounded() -> None:
+    """A notebook prints it whole; all the faults are in `diagnostics`."""
+    error = ProgramError(Diagnostic("a", f"fault {k}") for k in range(50))
+    assert str(error).splitlines()[MAX_TOLD - 1].endswith(f"fault {MAX_TOLD - 1}")
+    assert str(error).splitlines()[MAX_TOLD:] == ["30 more were counted and are not shown"]
+    assert len(error.diagnostics) == 50

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import Diagnostic, Diagnostics, NoPlanError, ProgramError, Span
+from cncgen.diagnostics import CncgenError, Diagnostic, Diagnostics, NoPlanError, ProgramError, Span
 from cncgen.geometry.arcs import spirals
 from cncgen.geometry.extents import arc_extents, hulls, nurbs_extents
 from cncgen.geometry.tables import ArcTable
@@ -29,32 +29,37 @@ def checked(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) 
     """Yield the chunks with their tolerances filled in (the option's, the program's, else the machine's).
 
     Those without a row are left out. If no others follow, a motion of zero length replaces them, so that a program without motion has
-    a plan, the rest at its start.
+    a plan, the rest at its start. After a fault no more are yielded: the rest is read only to find the other faults.
 
     Raises:
         ProgramError: A chunk holds a number beyond the range of planning, or moves an axis that the machine lacks.
         NoPlanError: A chunk leaves the travel of an axis, at the end of a motion or along a curve. Either names all
-            such faults of the chunk.
+            such faults of the program.
     """
     started = False
     empty: Toolpath | None = None
+    found = Diagnostics()
+    error: type[CncgenError] = NoPlanError
+    missing: set[str] = set()
     for chunk in chunks:
         if not len(chunk):
             empty = empty or chunk
             continue
-        found = Diagnostics(beyond_numbers(chunk))
-        if found.has_errors:
-            raise ProgramError(found)
-        _missing_axes(chunk, machine, found)
-        error = ProgramError if found.has_errors else NoPlanError
-        if not started:
-            _start_beyond_travel(chunk, machine, found)
-        _beyond_travel(chunk, machine, found)
-        _endless(chunk, machine, found)
-        if found.has_errors:
-            raise error(found)
+        beyond = list(beyond_numbers(chunk))
+        unplanned = beyond + _missing_axes(chunk, machine, missing)
+        found.extend(unplanned)
+        if unplanned:
+            error = ProgramError
+        if not beyond:
+            if not started:
+                _start_beyond_travel(chunk, machine, found)
+            _beyond_travel(chunk, machine, found)
+            _endless(chunk, machine, found)
         started = True
-        yield _with_tolerance(chunk, machine, options)
+        if not found.has_errors:
+            yield _with_tolerance(chunk, machine, options)
+    if found.has_errors:
+        raise error(found)
     if empty is not None and not started:
         yield _standing(empty)
 
@@ -87,12 +92,15 @@ def _with_tolerance(chunk: Toolpath, machine: Machine, options: PlanOptions) -> 
     return replace(chunk, tolerance=np.where(continuous, tolerance, chunk.tolerance))
 
 
-def _missing_axes(chunk: Toolpath, machine: Machine, found: Diagnostics) -> None:
+def _missing_axes(chunk: Toolpath, machine: Machine, known: set[str]) -> list[Diagnostic]:
+    """Name the axes that move and that the machine lacks, but those `known` already, which become all."""
+    found = []
     moves = chunk.end != chunk.starts
     for column, letter in enumerate(chunk.axes):
         rows = np.flatnonzero(moves[:, column])
-        if letter not in machine.axes and len(rows):
-            found.add(
+        if letter not in machine.axes and letter not in known and len(rows):
+            known.add(letter)
+            found.append(
                 Diagnostic(
                     "axis-missing",
                     f"the program moves axis {letter}, which machine {machine.name} does not have",
@@ -100,6 +108,7 @@ def _missing_axes(chunk: Toolpath, machine: Machine, found: Diagnostics) -> None
                     hint=f"its axes are {' '.join(machine.axes)}; choose another machine with --machine",
                 )
             )
+    return found
 
 
 def _travel(chunk: Toolpath, machine: Machine) -> tuple[Floats, Floats]:

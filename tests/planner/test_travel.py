@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import cncgen
-from cncgen.diagnostics import NoPlanError
+from cncgen.diagnostics import NoPlanError, ProgramError
 from cncgen.geometry import nurbs
 from cncgen.geometry.tables import ArcTable
 from cncgen.machine import Machine
@@ -69,3 +69,20 @@ def test_a_line_of_a_loop_is_named_once_with_its_furthest_place() -> None:
         list(cncgen.plan(cncgen.read_text(text, "loop.ngc"), "xy-table"))
     (fault,) = caught.value.diagnostics
     assert "axis X is sent to 1000.0000 mm" in fault.message
+
+
+def test_all_chunks_are_read_for_their_faults(lines: Callable[..., Toolpath], table: Machine) -> None:
+    """Three chunks: beyond the travel, within it, and with an axis that the machine lacks; the axis is named once.
+
+    What the program asks of the machine in any chunk is an error of the program, so its exception is the one that is raised.
+    """
+    machine = replace(table, axes={"X": replace(table.axes["X"], travel=(-10.0, 10.0))})
+    far = lines([(0, 0), (20, 0)])
+    chunks = [far, lines([(20, 0), (0, 0)]), lines([(0, 0), (0, 5)]), lines([(0, 5), (0, 0)]), far]
+    yielded = []
+    with pytest.raises(ProgramError) as caught:
+        yielded.extend(checked(chunks, machine, PlanOptions()))
+    codes = [fault.code for fault in caught.value.diagnostics]
+    # The second chunk starts where the first one ended, and goes back.
+    assert codes == ["travel-exceeded", "axis-missing", "travel-exceeded"]
+    assert yielded == []
