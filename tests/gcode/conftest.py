@@ -15,6 +15,7 @@ from cncgen.diagnostics import Diagnostic, Diagnostics
 from cncgen.gcode import canon, read
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import FeedMode, Kind, Toolpath
+from cncgen.toolpath.slicing import join
 
 
 @dataclass
@@ -43,9 +44,8 @@ def run() -> Callable[..., Outcome]:
         program = read(
             io.BytesIO(data), "t.ngc", ReadOptions(**{"chunk_rows": 1_000_000, "units": "mm", **options})
         )
-        chunks = list(program.chunks())
-        assert len(chunks) == 1
-        return Outcome(chunks[0], list(program.diagnostics), program.axes, program.moving_axes)
+        path = join(list(program.chunks()))
+        return Outcome(path, list(program.diagnostics), program.axes, program.moving_axes)
 
     return read_text
 
