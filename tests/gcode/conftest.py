@@ -63,7 +63,7 @@ def moves(tmp_path: Path) -> Callable[..., list[Move]]:
         table.write_text("T1 P1 D8\n")
         options = {"tool_table": table, "chunk_rows": 1_000_000, **options}
         program = read(io.BytesIO(text.encode()), "t.nc", ReadOptions(**options))
-        (path,) = program.chunks()
+        path = join(list(program.chunks()))
         assert [d.message for d in program.diagnostics if d.severity == "error"] == []
         rows = np.flatnonzero(path.kind != Kind.EVENT)
         feeds = np.where(path.feed_mode[rows] == FeedMode.RAPID, 0.0, np.nan_to_num(path.feed[rows]) * 60.0)

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from cncgen.gcode import canon, read
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import FeedMode, Kind
+from cncgen.toolpath.slicing import join
 
 ROOT = Path(__file__).resolve().parents[2]
 HEAD = "O1\nG97 S1000 M3\n"
@@ -26,7 +27,7 @@ def outcome(text: str, dialect: str = "fanuc-lathe", **options: Any) -> Any:
     """Return toolpath and errors (code, line, column) of a text that stands from line 3 on."""
     options = {"dialect": dialect, "chunk_rows": 1_000_000, **options}
     program = read(io.BytesIO(f"{HEAD}{text}\nM30\n".encode()), "t.nc", ReadOptions(**options))
-    (path,) = program.chunks()
+    path = join(list(program.chunks()))
     faults = [(d.code, d.span.line, d.span.column) for d in program.diagnostics if d.severity == "error"]
     return path, faults, program
 
