@@ -86,8 +86,8 @@ class Faults:
 
 
 def _begins_with_slash(text: str) -> bool:
-    """Tell whether a block is one that is left out: its slash may stand behind the block number."""
+    """Tell whether a block is one that is left out: its slash may stand behind the block number; two are a comment of other languages."""
     head = text.lstrip().upper()
     if head.startswith("N"):
         head = head[1:].lstrip(" \t0123456789")
-    return head.startswith("/")
+    return head.startswith("/") and not head.startswith("//")
