@@ -54,6 +54,8 @@ _EXCESS = 2.5
 #: Quarter points are compared where the bounds of q on an interval are off a line by more than this part of the least: beside a kink an
 #: eighth of that is the most by which the bound is passed, so half as much of it in v.
 BENT = 0.008
+#: Part of the acceleration limit that may be hidden between the values of x'' of an interval, else it is halved; and how often at most.
+_BULGE, _HALVINGS = 0.01, 5
 #: The third derivative at the quarter points is taken to be at most this over the square of the length of the interval.
 _BELIEVED = 0.3
 
@@ -146,7 +148,11 @@ def mesh_of(
         s = placed(path, bounds, corners, sides, lines, top_at, coarse)
     except TooManyNodesError as many:
         raise NoPlanError(_too_many(toolpath, path, many)) from None
-    mesh = _intervals(toolpath, path, bounds, feeds, cap, corners, sides, lines, s)
+    for _ in range(1 if coarse else _HALVINGS):
+        mesh, bulging = _intervals(toolpath, path, bounds, feeds, cap, corners, sides, lines, s)
+        if not len(bulging):
+            break
+        s = np.union1d(s, 0.5 * (s[bulging] + s[bulging + 1]))
     _lower_steep(mesh, top_at)
     return mesh
 
@@ -223,8 +229,8 @@ def _intervals(
     sides: tuple[Floats, Floats],
     lines: NDArray[np.bool_],
     s: Floats,
-) -> Mesh:
-    """Return the intervals between the nodes `s`."""
+) -> tuple[Mesh, Ints]:
+    """Return the intervals between the nodes `s`, and which of them bulge (`_concealed`)."""
     n = len(s) - 1
     places = np.empty((n, 2))
     places[:, 0], places[:, 1] = s[:-1], 0.5 * (s[:-1] + s[1:])
@@ -255,7 +261,8 @@ def _intervals(
     kind[stop[1:]] = ENTER
     kind[node[:-1][lines]] = LINE
     _calm(x, np.diff(s), kind == SPLINE)
-    return Mesh(
+    x3_excess, bulging = _concealed(path, s, kind, x, top3, bounds)
+    mesh = Mesh(
         toolpath=toolpath,
         path=path,
         s=s,
@@ -268,13 +275,14 @@ def _intervals(
         node_top=node_top,
         node_acceleration=node_acceleration,
         factor=_factors(s, corners),
-        x3_excess=_x3_excess(path, s, kind, x[3]),
+        x3_excess=x3_excess,
         chord=_chords(toolpath, row, bounds),
         stop=stop,
         corner=corner,
         cuts=cuts[:-1],
         events=_events(toolpath, path, s),
     )
+    return mesh, bulging
 
 
 def _lower_steep(mesh: Mesh, top_at: TopAt) -> None:
@@ -371,27 +379,39 @@ def _factors(s: Floats, corners: Corners) -> Floats:
     return np.maximum(1.0 - np.cumsum(change, axis=0)[:-1], 1.0 - STEP_TAKES * JUMP_SHARE - SWAY_SHARE)
 
 
-def _x3_excess(path: Path, s: Floats, kind: NDArray[np.int8], x3: Floats) -> Floats:
-    """Return by how much |x'''| within an interval may exceed what its three values show, shape (n, axes).
+def _concealed(
+    path: Path, s: Floats, kind: NDArray[np.int8], x: Floats, top: Floats, bounds: AxisLimits
+) -> tuple[Floats, Ints]:
+    """Return by how much |x'''| within an interval may exceed what its three values show, shape (n, axes), and the intervals that bulge.
 
-    The kernel takes x''' as a quadratic over an interval. The path is evaluated at the quarter points too, and what differs
-    there from the quadratic is the result, times `_EXCESS`. Intervals beside a rest are left out: v³ grows as s² there, and at
-    a rest in a cusp x''' is rounding.
+    The kernel takes x'' and x''' as quadratics over an interval. The path is evaluated at the quarter points too. What x''' differs
+    there from the quadratic is the first result, times `_EXCESS`. An interval bulges where what x'' differs by may take more than `_BULGE`
+    of the acceleration of an axis, as between the nodes of a curve on which a slow axis turns back. Intervals beside a rest are left
+    out: v³ grows as s² there, and at a rest in a cusp x''' is rounding.
 
     Args:
         path: The path.
         s: Shape (n + 1,), nodes.
         kind: Shape (n,), the kind of each interval.
-        x3: Shape (n, 3, axes), third derivatives at the start, middle and end of each interval.
+        x: Shape (4, n, 3, axes), derivatives at the start, middle and end of each interval.
+        top: Shape (n, 3), the largest q there.
+        bounds: Limits.
     """
-    out = np.zeros((len(x3), x3.shape[2]))
-    at = np.flatnonzero((kind == SPLINE) & x3.any(axis=(1, 2)))
+    out, bulge = np.zeros((2, x.shape[1], x.shape[3]))
+    at = np.flatnonzero((kind == SPLINE) & x[3].any(axis=(1, 2)))
     if not len(at):
-        return out
+        return out, at
     quarters = s[at, None] + np.diff(s)[at, None] * (0.25, 0.75)
-    there = path.evaluate(quarters.ravel(), 3)[3]
-    node_places.concealed(at, s, x3, there, _BELIEVED, _EXCESS, out)
-    return out
+    there = path.evaluate(quarters.ravel(), 3)
+    node_places.concealed(at, s, x[3], there[3], _BELIEVED, _EXCESS, out)
+    node_places.concealed(at, s, x[2], there[2], np.inf, 1.0, bulge)
+    used = np.abs(x[2, at]).max(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # No more than the acceleration of an axis is used for its curvature.
+        q = np.fmin(top[at].max(axis=1), np.fmin.reduce(bounds.acceleration / used, axis=1))
+        lost = np.fmax.reduce(bulge[at] * q[:, None] / bounds.acceleration, axis=1)
+    long = np.diff(s)[at] > 2.0 * resolution(bounds, x[1, at, 1])
+    return out, at[(lost > _BULGE) & long]
 
 
 def _chords(toolpath: Toolpath, row: Ints, bounds: AxisLimits) -> Floats:
