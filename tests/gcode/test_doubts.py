@@ -223,3 +223,16 @@ def test_heidenhains_din_iso_is_named(run: Callable[..., Outcome], dialect: str)
 
 def test_linuxcnc_has_axes_u_and_w_and_comments_behind_semicolons(run: Callable[..., Outcome]) -> None:
     assert said(run, "G0 X1 U2 ; G1 X3\nM2", "linuxcnc") == []
+
+
+@pytest.mark.parametrize(
+    ("text", "places"),
+    [("G64 P10\nG64 P1000\nG64 P999\nM2", [(2, 5)]), ("G20\nG64 P0.39\nG64 P0.4\nM2", [(3, 5)])],
+)
+def test_a_tolerance_as_wide_as_a_part_is_no_length(
+    run: Callable[..., Outcome], text: str, places: list[tuple[int, int]]
+) -> None:
+    """More than 10 mm, 0.3937 inches; it is said once."""
+    out = run(text, dialect="linuxcnc", units="auto")
+    found = [(d.span.line, d.span.column) for d in out.diagnostics if d.code == "tolerance-wide" and d.span]
+    assert found == places

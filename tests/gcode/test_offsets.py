@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cncgen.gcode.state.modal import to_machine, to_program
+from cncgen.toolpath.record import PathMode
 
 
 def machine(out: Any) -> np.ndarray:
@@ -100,6 +101,9 @@ def test_synchronised_motion_feeds_by_the_spindle(run: Any) -> None:
     rows = out.path.kind == 0
     np.testing.assert_allclose(out.path.feed[rows], [3.0, 5.0, 4.0, 4.0])
     np.testing.assert_allclose(out.path.end[rows, 2], [-10, 0, -5, 0])
+    # A tap turns back at its depth, whatever the path tolerance is (LinuxCNC blends no rigid tap).
+    exact, free = PathMode.EXACT_PATH, PathMode.CONTINUOUS
+    assert out.path.path_mode[rows].tolist() == [free, free, exact, exact]
 
 
 def test_probing_goes_to_the_point_and_says_so(run: Any) -> None:

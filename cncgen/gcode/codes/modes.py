@@ -16,6 +16,9 @@ from cncgen.gcode.state.modal import LENGTHS, PLANE_CODES, Stage
 from cncgen.toolpath.record import PathMode
 from cncgen.units import INCH
 
+#: No path tolerance of a part is meant to be wider, mm.
+_WIDE_MM = 10.0
+
 
 def _plane(ip: Interpreter, block: Block, number: int) -> None:
     ip.state.plane = number
@@ -64,6 +67,17 @@ def continuous(ip: Interpreter, block: Block) -> None:
         if value is not None and value < 0.0:
             raise BlockError("negative-tolerance", f"{letter}{value:g} of G64 is negative", letter)
     state = ip.state
+    wide = (tolerance or 0.0) * (INCH if state.inches else 1.0)
+    if wide > _WIDE_MM:
+        message = f"G64 P{tolerance:g} lets the motion be {wide:g} mm off the programmed path"
+        ip.warn_once(
+            BlockError(
+                "tolerance-wide",
+                message,
+                "P",
+                hint="P is a length in the unit of the program, as in G64 P0.01",
+            )
+        )
     state.path_mode, state.tolerance = PathMode.CONTINUOUS, tolerance
     state.naive = tolerance if naive is None else naive
     ip.sink.set_motion_control_mode(PathMode.CONTINUOUS, tolerance, naive)

@@ -113,12 +113,14 @@ class ColumnsSink:
         self._keep(1, end, 0.0, 0.0, 0)
 
     def rigid_tap(self, end: Point, pitch: float) -> None:
-        """Keep the way there and the way back."""
+        """Keep the way there and the way back, which meet at the depth that is programmed, in any path mode."""
         self.flush()
-        machine = self.builder.position.copy()
+        machine, mode = self.builder.position.copy(), self._path_mode
+        self._path_mode = PathMode.EXACT_PATH
         self._in_step(pitch, tap=True)
         self._keep(1, end, 0.0, 0.0, 0)
         self.flush()
+        self._path_mode = mode
         if (self.builder.position != machine).any():
             self.builder.retrace(machine)
         self.synchronise(None)
