@@ -98,7 +98,7 @@ _ELSEWHERE = (
     _of("centroid", 20, "the name of FreeCAD's post", rb"^[ \t]*[;(][ \t]*POST PROCESSOR:[ \t]*CENTROID_POST", b"CENTROID_POST"),
     _of("dynapath", 20, "a block of Dynapath", rb"^" + BLOCK_NUMBER + rb"\([\dA-Z]\)[^\n]*\$[ \t\r]*$", b"$"),
     _of("eding", 30, "a macro of Eding CNC", rb"^[ \t]*(?:(?:GOSUB|SUB)[ \t]+[A-Z_]|ENDSUB|(?:DLGMSG|ERRMSG)[ \t]+\")", b"GOSUB", b"SUB", b"MSG"),
-    _of("emco", 20, "columns N G X Z", rb"^[ \t]+N[ \t]+G[ \t]+X[ \t]+(?:Y[ \t]+)?Z[ \t]+F", b"N G", b"N  ", b"N\t"),
+    _of("emco", 20, "columns N G X Z", rb"^[ \t]+N[ \t]+G[ \t]+X[ \t]+(?:Y[ \t]+)?Z[ \t]+F", b"N G", b"N  ", b"N \t", b"N\t"),
     _of("excellon", 20, "the unit of a drill file", rb"^(?:METRIC|INCH)(?:,[LT]Z)?(?:,0+\.0+)?[ \t\r]*$|^FMAT,[12]", b"METRIC", b"INCH", b"FMAT"),
     _of("fadal", 20, "a line of Fadal's macros", rb"^[ \t]*#(?:V\d+[ \t]*=|R\d[ \t]*=|IF[ \t]*\(|(?:WAIT|S?PRINT|INPUT|GOTO)\b|:[A-Z])",
         b"#V", b"#R", b"#IF", b"#WAIT", b"#PRINT", b"#SPRINT", b"#INPUT", b"#GOTO", b"#:"),
