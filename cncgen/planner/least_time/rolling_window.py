@@ -116,8 +116,8 @@ class RollingWindow:
     ) -> tuple[Intervals, Solution, MotionPieces]:
         """Lower bounds of q where chords between setpoints are further from the path than their tolerance, and solve again.
 
-        The lower bounds stay with the meshes, for the windows that follow. Where no motion within them is found, the plan
-        stays as it was.
+        The lower bounds stay with the meshes, for the windows that follow. Where no motion within them is found, a
+        motion from rest is slowed as a whole, and one that is under way stays as it was.
 
         Args:
             given: The intervals.
@@ -140,7 +140,10 @@ class RollingWindow:
             known = _SLOWER * np.minimum(solution.q[:, 1], lower.top.min(axis=1))
             again = solve(lower, self.state, known, settled=self.unsettled > 0)
             if not again.converged:
-                break
+                if self.state is not None:
+                    break
+                # Slow enough, a motion from rest holds them.
+                again = time_scaled(lower)
             given, solution = lower, again
             self._lower(given)
         return given, solution, pieces

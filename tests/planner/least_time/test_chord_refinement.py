@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +22,8 @@ from scipy.spatial import cKDTree
 
 import cncgen
 from cncgen.machine.record import Axis, Machine
-from cncgen.planner.least_time import chord_refinement, rolling_window
+from cncgen.planner.least_time import chord_refinement, problem, rolling_window
+from cncgen.planner.least_time.problem import Solution
 from cncgen.planner.motion import motion_at
 from tests.planner.judging import used
 
@@ -195,6 +198,30 @@ def test_a_rest_beside_an_arc() -> None:
     text = f"G3 X{path[-1, 0]:.9f} Y{path[-1, 1]:.9f} I0 J{radius:.9f}\nG1 X{end[0]:.9f} Y{end[1]:.9f}\n"
     path = np.concatenate([path, np.linspace(path[-1], end, 500)])
     assert furthest(text, machine(1e-3, 1e-3, 1000.0, 25283.0, 7.768e7), path, 8) <= 1.001
+
+
+def test_chords_hold_where_lower_bounds_have_no_solution(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The solver finds a motion and fails where its bounds are lowered: a slower motion holds them, not the first one.
+
+    It once was left, with 1.41 tolerances here, and 2.5 on a curve that the solver failed on.
+    """
+    found: list[bool] = []
+
+    def only_once(*given: Any, **options: Any) -> Solution:
+        found.append(not found)
+        return replace(problem.solve(*given, **options), converged=found[-1])
+
+    monkeypatch.setattr(rolling_window, "solve", only_once)
+    text, path = rounded(0.003)
+    mill = machine(1e-3, 1e-4, 500.0, 5e5, 5e8)
+    far = []
+    for phase in range(8):
+        found.clear()
+        x = setpoints(text, mill, phase / 8)
+        assert found[:2] == [True, False]
+        assert used(np.column_stack([x, np.zeros(len(x))]), mill) <= 1.001
+        far.append(away(path, x))
+    assert max(far) <= 1.001 * mill.chord_tolerance_mm
 
 
 @pytest.mark.parametrize("shape", [rounded(0.007)[0], cusp(0.003)[0], bent()[0]])
