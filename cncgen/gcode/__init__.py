@@ -52,8 +52,6 @@ if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.running import SinumerikRunner
 
 _DEFAULT = ReadOptions()
-#: Motions of the first chunk, for which the first setpoint waits; each further one has up to twice as many.
-_FIRST_ROWS = 1024
 FANUC = "fanuc"
 SINUMERIK = "sinumerik"
 HEIDENHAIN = "heidenhain"
@@ -115,12 +113,11 @@ def read(
             return chunk
 
         said: list[tuple[str, int, int]] = []
-        wanted = min(_FIRST_ROWS, options.chunk_rows)
         runner = _runner(text, how, sink, found, path=path, choice=choice)
         for _ in runner.run():
             builder.sources = [source.name for source in runner.sources]
-            if builder.count >= wanted:
-                handed, wanted = True, min(2 * wanted, options.chunk_rows)
+            if builder.count >= options.chunk_rows:
+                handed = True
                 yield timed(builder.take())
         sink.flush()
         builder.sources = [source.name for source in runner.sources]
