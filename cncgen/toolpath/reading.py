@@ -53,8 +53,7 @@ class ReadOptions:
         max_steps: Blocks executed before a program counts as endless. None: as much work as takes some seconds
             (`cncgen.gcode.budget`), and more for each line of its text.
         max_call_depth: Nested subprogram calls before recursion counts as endless.
-        chunk_rows: Motions handed on at a time: the number that waits at each stage. The first chunks of G-code are smaller, as the first setpoint
-            waits for them.
+        chunk_rows: Motions handed on at a time: the number that waits at each stage, on which the first setpoint waits too.
         tolerance_mm: Tolerance of G64 that overrides the program's, or None.
     """
 

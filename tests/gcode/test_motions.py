@@ -360,13 +360,3 @@ def test_a_million_lines_come_in_chunks_of_bounded_size() -> None:
 @given(st.text("XYZABCUVWxyzabc G01.-\n();", max_size=60))
 def test_moving_axes_are_named_axes(text: str) -> None:
     assert set(moving_axes(Source(text.encode(), "t"), "linuxcnc")) <= set(text.upper())
-
-
-def test_the_first_chunks_are_small() -> None:
-    """The first setpoint waits for the first one; later chunks have the size that was asked for, and no motion is lost."""
-    from cncgen.gcode import read
-
-    text = b"G21 G90 F100\n" + b"".join(b"G1 X%d\n" % (1 + k % 90) for k in range(60_000))
-    counts = [len(chunk) for chunk in read(io.BytesIO(text), "t", ReadOptions()).chunks()]
-    assert counts[0] < 5_000 < 16_384 <= max(counts)
-    assert sum(counts) == 60_000

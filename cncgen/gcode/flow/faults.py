@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
 from cncgen.diagnostics import Severity
+from cncgen.gcode.codes.table import language_of
 from cncgen.gcode.errors import Astray, BlockError, Reporter
 from cncgen.gcode.sinks.sink import Sink
 from cncgen.gcode.source import Source
@@ -12,6 +14,10 @@ from cncgen.gcode.text.labels import Cursor
 
 #: Faults of lines that failed before, after which the loops they stand in count as endless.
 _MAX_FAILURES = 1000
+#: How blocks begin that are left out, whatever they hold. On FANUC's controls the slash may stand behind the number of the block. Two slashes
+#: are a comment of other languages.
+_LEFT_OUT = re.compile(r"\s*/(?!/)")
+_LEFT_OUT_BEHIND_NUMBERS = re.compile(r"\s*(?:[Nn][ \t\d]*)?/(?!/)")
 
 
 class Faults:
@@ -23,10 +29,13 @@ class Faults:
         found: Whether anything was wrong so far.
     """
 
-    def __init__(self, sources: list[Source], sink: Sink, reporter: Reporter, *, deletes: bool) -> None:
-        """Begin without faults; `deletes` tells that blocks with a slash are left out, whatever they hold."""
+    def __init__(
+        self, sources: list[Source], sink: Sink, reporter: Reporter, dialect: str, *, deletes: bool
+    ) -> None:
+        """Begin without faults; `deletes` tells that blocks with a slash are left out."""
         self._sources = sources
-        self._deletes = deletes
+        behind = language_of(dialect) == "fanuc"
+        self._left_out = (_LEFT_OUT_BEHIND_NUMBERS if behind else _LEFT_OUT) if deletes else None
         self._sink = sink
         self._reporter = reporter
         self.flush: Callable[[], None] = lambda: None
@@ -63,7 +72,7 @@ class Faults:
         """
         self.flush()
         text = self._sources[here.source].text_at(here.offset)
-        if error.code == "syntax" and self._deletes and _begins_with_slash(text):
+        if error.code == "syntax" and self._left_out and self._left_out.match(text):
             return
         if (here, error.code) not in self._said:
             self._said.add((here, error.code))
@@ -83,11 +92,3 @@ class Faults:
         if (here, what) not in self._said:
             self._said.add((here, what))
             self._reporter.report(self._sources[here.source], here.line, here.offset, error, severity)
-
-
-def _begins_with_slash(text: str) -> bool:
-    """Tell whether a block is one that is left out: its slash may stand behind the block number; two are a comment of other languages."""
-    head = text.lstrip().upper()
-    if head.startswith("N"):
-        head = head[1:].lstrip(" \t0123456789")
-    return head.startswith("/") and not head.startswith("//")

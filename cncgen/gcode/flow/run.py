@@ -47,7 +47,8 @@ class Run:
         self.sources = [source]
         self._options, self._path = options, path
         self._choice = choice or chosen(source, options.dialect)
-        self._faults = Faults(self.sources, sink, self.reporter, deletes=options.block_delete)
+        dialect, deletes = self._choice.dialect, options.block_delete
+        self._faults = Faults(self.sources, sink, self.reporter, dialect, deletes=deletes)
         self._assemble(sink)
 
     def _assemble(self, sink: Sink) -> None:
