@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 
 from cncgen.diagnostics import Severity
@@ -14,10 +13,6 @@ from cncgen.gcode.text.labels import Cursor
 
 #: Faults of lines that failed before, after which the loops they stand in count as endless.
 _MAX_FAILURES = 1000
-#: How blocks begin that are left out, whatever they hold. On FANUC's controls the slash may stand behind the number of the block. Two slashes
-#: are a comment of other languages.
-_LEFT_OUT = re.compile(r"\s*/(?!/)")
-_LEFT_OUT_BEHIND_NUMBERS = re.compile(r"\s*(?:[Nn][ \t\d]*)?/(?!/)")
 
 
 class Faults:
@@ -34,8 +29,7 @@ class Faults:
     ) -> None:
         """Begin without faults; `deletes` tells that blocks with a slash are left out."""
         self._sources = sources
-        behind = language_of(dialect) == "fanuc"
-        self._left_out = (_LEFT_OUT_BEHIND_NUMBERS if behind else _LEFT_OUT) if deletes else None
+        self._deletes, self._behind_numbers = deletes, language_of(dialect) == "fanuc"
         self._sink = sink
         self._reporter = reporter
         self.flush: Callable[[], None] = lambda: None
@@ -72,7 +66,7 @@ class Faults:
         """
         self.flush()
         text = self._sources[here.source].text_at(here.offset)
-        if error.code == "syntax" and self._left_out and self._left_out.match(text):
+        if error.code == "syntax" and self._deletes and self._is_left_out(text):
             return
         if (here, error.code) not in self._said:
             self._said.add((here, error.code))
@@ -92,3 +86,10 @@ class Faults:
         if (here, what) not in self._said:
             self._said.add((here, what))
             self._reporter.report(self._sources[here.source], here.line, here.offset, error, severity)
+
+    def _is_left_out(self, text: str) -> bool:
+        """Tell whether a block begins with a slash, on FANUC's controls maybe behind its number; two are a comment of other languages."""
+        head = text.lstrip()
+        if self._behind_numbers and head[:1] in ("N", "n"):
+            head = head[1:].lstrip(" \t0123456789")
+        return head.startswith("/") and not head.startswith("//")
