@@ -75,6 +75,9 @@ def _sharp(of: Ints, x: Floats, end: Floats, scale: Floats) -> NDArray[np.bool_]
         end: Shape (curves, axes), where each curve ends.
         scale: Shape (axes,).
     """
+    if not len(of):
+        # Curves of one place have no chords.
+        return np.zeros(0, bool)
     last = np.append(of[1:] != of[:-1], True)
     stop = np.concatenate([x[1:], x[:1]])
     stop[last] = end[of[last]]

@@ -982,3 +982,14 @@ def test_a_window_without_a_motion_is_searched_a_second_time_whatever_that_took(
     seconds, broken = planned(text, machine())
     assert not broken
     assert seconds < 0.99 * along
+
+
+def test_a_curve_of_one_place_has_no_chords() -> None:
+    """It is no motion: the line behind it takes as long as without it."""
+    curve = "G6.2 P2 K0 X0 Y0 R1\nK0 X0 Y0 R1\nK1\nK1\n"
+    times = []
+    for before in (curve, ""):
+        text = f"G21 G90 G64 P0.01 F2000\n{before}G1 X-1 Y1\nM2\n"
+        *_, last = cncgen.plan(cncgen.read_text(text), "generic-mill")
+        times.append(float(last.profile.t[-1]))
+    assert times[0] == pytest.approx(times[1], rel=1e-9)
