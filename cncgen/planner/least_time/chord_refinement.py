@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.diagnostics import Span
 from cncgen.geometry.columns import max_over_axes, norm
 from cncgen.geometry.tables import ranges
 from cncgen.kernels import planned_motion
@@ -30,6 +31,8 @@ Bools = NDArray[np.bool_]
 
 #: Part by which a chord may exceed its tolerance before bounds are lowered, and the part of the tolerance they are lowered to.
 _OVER, _AIM = 2e-4, 0.9995
+#: Part of the tolerance beyond which no plan is better than one with such chords: `verify` sees more.
+LOST = 1.001
 #: Parts of a period at which chords begin: when looking for chords that may be too long, and when comparing them with the path,
 #: which is done at as many places along each chord.
 _COARSE, _FINE = 8, 32
@@ -92,6 +95,16 @@ class MeshPath:
         """Return how far chords may be from the path on each interval, shape (n,), mm."""
         return np.concatenate([mesh.chord[rows] for mesh, rows in self.parts])
 
+    def line_at(self, way: float) -> Span:
+        """Return the line of the program at a way from the first interval on, mm."""
+        for mesh, rows in self.parts:
+            first, last = mesh.s[[rows.start, rows.stop]]
+            if way <= last - first:
+                break
+            way -= last - first
+        toolpath, row = mesh.toolpath, int(mesh.path.row_of(np.array([first + way]))[0])
+        return Span(toolpath.sources[int(toolpath.source[row])], int(toolpath.line[row]))
+
 
 def held(
     given: Intervals, course: MeshPath, pieces: MotionPieces, found: Solution, count: int, everywhere: bool
@@ -112,7 +125,7 @@ def held(
         long chord is kept, and chords over the same place that begin earlier or later become shorter too.
     """
     scene = _Scene.of(given, course, pieces, found.q, count)
-    begin, end = scene.brief(count == len(given))
+    begin, end, _ = scene.brief(count == len(given))
     if len(begin):
         # Once they take a period, their chords are measured like all others.
         slower = (scene.time(begin, end) / (_BRIEF * scene.period)) ** 2
@@ -130,6 +143,21 @@ def held(
     worst = _worst(begin, tip, end, over)
     begin, tip, end = begin[worst], tip[worst], end[worst]
     return _lowered(given, scene.s, found, (begin, tip, end), (scene.time(begin, end) / scene.period) ** 2)
+
+
+def furthest(
+    given: Intervals, course: MeshPath, pieces: MotionPieces, found: Solution, count: int
+) -> tuple[float, float]:
+    """Return how far a chord is at most from the path, as a part of its tolerance, and the way to that place, mm.
+
+    It is 0 where none passes its tolerance. Arguments are those of `held`.
+    """
+    scene = _Scene.of(given, course, pieces, found.q, count)
+    begin, end, far = scene.brief(count == len(given))
+    _, _, tip, over = scene.measured(scene.too_long(scene.suspects()))
+    places, parts = np.concatenate([0.5 * (begin + end), tip, [0.0]]), np.concatenate([far, over, [0.0]])
+    worst = int(np.argmax(parts))
+    return float(parts[worst]), float(places[worst])
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,11 +240,14 @@ class _Scene:
             period=course.bounds.period_s,
         )
 
-    def brief(self, rests: bool) -> tuple[Floats, Floats]:
+    def brief(self, rests: bool) -> tuple[Floats, Floats, Floats]:
         """Return between which ways the motion goes from rest to rest in less than a period, too far from the chord, shape (k,) each.
 
         Args:
             rests: Whether it rests at its end.
+
+        Returns:
+            Where they begin and end, mm, and how far they are from the chord, as parts of the tolerance.
         """
         nodes = np.append(0 if self.profile.v[0] == 0.0 else self.end[0], np.unique(self.end))
         first, last = nodes[:-1], nodes[1:]
@@ -226,18 +257,19 @@ class _Scene:
         soon = (last > first) & (self.t[last] - self.t[first] < self.period)
         first, last, length = first[soon], last[soon], length[soon]
         at = np.flatnonzero(self._may_pass(length, first, last, _over(self.sharpest, first, last)))
-        far = [k for k in at.tolist() if self._is_far(int(first[k]), int(last[k]))]
-        return self.s[first[far]], self.s[last[far]]
+        away = np.array([self._away(int(first[k]), int(last[k])) for k in at])
+        far = away > 1.0 + _OVER
+        return self.s[first[at[far]]], self.s[last[at[far]]], away[far]
 
-    def _is_far(self, first: int, last: int) -> bool:
-        """Tell whether the path over intervals is further than allowed from the chord over all of them."""
+    def _away(self, first: int, last: int) -> float:
+        """Return how far the path over intervals is from the chord over all of them, as a part of the tolerance."""
         part = np.arange(_CLOSE) / _CLOSE
         interval = np.repeat(np.arange(first, last), _CLOSE)
         along = (np.diff(self.s)[first:last, None] * part).ravel()
         x = self.course.positions(interval, along)
         end = self.course.positions(np.array([last - 1]), np.diff(self.s)[last - 1 : last])
         away = distances_from_chords(x, np.repeat(x[:1], len(x), axis=0), np.repeat(end, len(x), axis=0))
-        return bool((away > (1.0 + _OVER) * self.tolerance[interval]).any())
+        return float((away / self.tolerance[interval]).max())
 
     def suspects(self) -> Floats:
         """Return when chords begin that may be too long by the largest speed and curvature in reach, shape (k,), ascending."""

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.planner.least_time.chord_refinement import MeshPath, held
+from cncgen.diagnostics import Diagnostic, NoPlanError, Span
+from cncgen.planner.least_time.chord_refinement import LOST, MeshPath, furthest, held
 from cncgen.planner.least_time.mesh import ENTER, LEAVE, LINE, SPLINE, Mesh
 from cncgen.planner.least_time.motion_pieces import MotionPieces, pieces_of
 from cncgen.planner.least_time.problem import Intervals, Solution, solve
@@ -117,7 +118,7 @@ class RollingWindow:
         """Lower bounds of q where chords between setpoints are further from the path than their tolerance, and solve again.
 
         The lower bounds stay with the meshes, for the windows that follow. Where no motion within them is found, a
-        motion from rest is slowed as a whole, and one that is under way stays as it was.
+        motion from rest is slowed as a whole.
 
         Args:
             given: The intervals.
@@ -127,23 +128,28 @@ class RollingWindow:
 
         Returns:
             Intervals and solution, and the motion.
+
+        Raises:
+            NoPlanError: Chords are still too far from the path after the last round, or no motion that is under way has
+                closer ones.
         """
         course = MeshPath(self._parts(len(given)), self.bounds)
         for left in range(_ROUNDS, -1, -1):
             pieces = pieces_of(given, solution)
-            if solution.fallback or not left:
-                break
-            count = len(given) if stands else max(1, solution.unfelt)
+            count = len(given) if stands or solution.fallback else max(1, solution.unfelt)
             lower = held(given, course, pieces, solution, count, left <= _EVERYWHERE)
             if lower is None:
                 break
             known = _SLOWER * np.minimum(solution.q[:, 1], lower.top.min(axis=1))
-            again = solve(lower, self.state, known, settled=self.unsettled > 0)
-            if not again.converged:
-                if self.state is not None:
-                    break
+            again = solve(lower, self.state, known, settled=self.unsettled > 0) if left else None
+            if again and not again.converged:
                 # Slow enough, a motion from rest holds them.
-                again = time_scaled(lower)
+                again = time_scaled(lower) if self.state is None else None
+            if again is None:
+                over, way = furthest(given, course, pieces, solution, count)
+                if over > LOST:
+                    raise NoPlanError(_too_far(over, course.line_at(way)))
+                break
             given, solution = lower, again
             self._lower(given)
         return given, solution, pieces
@@ -236,6 +242,17 @@ class RollingWindow:
             self.meshes[0].kind[self.used] = LEAVE
             self.meshes[0].corner[self.used] = True
         return out
+
+
+def _too_far(over: float, span: Span) -> Diagnostic:
+    """Say that chords between setpoints are too far from the path whatever was tried."""
+    return Diagnostic(
+        "plan-over-limits",
+        f"no plan was found that keeps the chord tolerance: a chord between setpoints would be {over:.4g} times the tolerance "
+        "from the path here",
+        span=span,
+        hint="take a shorter period or a wider chord tolerance",
+    )
 
 
 def _last_rest(kind: NDArray[np.int8], least: int) -> int:

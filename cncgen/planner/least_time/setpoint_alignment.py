@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, NoPlanError
 from cncgen.geometry import elementary
-from cncgen.planner.least_time.chord_refinement import MeshPath
+from cncgen.planner.least_time.chord_refinement import LOST, MeshPath
 from cncgen.planner.least_time.mesh import Mesh
 from cncgen.planner.least_time.motion_pieces import MotionPieces
 from cncgen.planner.limits.axis_limits import AxisLimits
@@ -32,8 +32,6 @@ _ROUNDING = 1e-6
 _TRIED, _ROUNDS = 17, 3
 #: Part of the tolerance that chords keep to; the rest is for interpolating between the waits that are tried.
 _KEPT = 0.9999
-#: Part of the tolerance beyond which no plan is better than one whose chord to a rest is so far from the path: `verify` sees more.
-_LOST = 1.001
 #: Where the path is compared with a chord, beside nodes: parts of an interval.
 _PARTS = np.array([0.0, 0.25, 0.5, 0.75])
 
@@ -163,7 +161,7 @@ class SetpointAlignment:
             over = _over(x, tolerance, ways[None, :] < ends[::-1, None], other[::-1])
             kept = np.flatnonzero(over <= 1.0)
             if not len(kept):
-                if over[-1] > _LOST:
+                if over[-1] > LOST:
                     raise NoPlanError(_cut_off(float(over[-1]), last))
                 return due
             if not kept[0]:
@@ -259,7 +257,7 @@ def hold_chord(past: list[PathMotion], begin: float, end: float) -> None:
     if found:
         x, tolerance = (np.concatenate(each) for each in zip(*found, strict=True))
         over = _most(x, tolerance)
-        if over > _LOST:
+        if over > LOST:
             raise NoPlanError(_cut_off(over, begin))
 
 

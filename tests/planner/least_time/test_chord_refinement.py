@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -21,6 +22,7 @@ from scipy.interpolate import BSpline
 from scipy.spatial import cKDTree
 
 import cncgen
+from cncgen.diagnostics import NoPlanError
 from cncgen.machine.record import Axis, Machine
 from cncgen.planner.least_time import chord_refinement, problem, rolling_window
 from cncgen.planner.least_time.problem import Solution
@@ -281,6 +283,44 @@ def test_chords_of_a_thousand_facets_hold_across_windows() -> None:
         first += profile.s[-1] - profile.s[0]
     chord = 2.0 * np.sin(0.5 * (way[16:] - way[:-16]))
     assert (1.0 - np.sqrt(1.0 - 0.25 * chord**2)).max() <= 1.0005 * mill.chord_tolerance_mm
+
+
+def test_chords_that_stay_too_far_are_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without a round to lower bounds in, the plan is refused with the distance that its setpoints have, and the line of the arc."""
+    mill = machine(1e-3, 1e-4, 500.0, 5e5, 5e8)
+    text, path = rounded(0.007)
+    monkeypatch.setattr(rolling_window, "_ROUNDS", 0)
+    with pytest.raises(NoPlanError) as error:
+        setpoints(text, mill)
+    told = error.value.diagnostics[0]
+    monkeypatch.setattr(rolling_window, "held", lambda *given: None)
+    over = furthest(text, mill, path, 32)
+    assert over > 1.1
+    assert float(re.search(r"would be (\S+) times", told.message)[1]) == pytest.approx(over, rel=2e-3)
+    assert told.span is not None
+    assert told.span.line == 3
+
+
+def test_a_motion_under_way_without_closer_chords_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The tolerance becomes a thousandth once the motion is under way: from there it cannot brake in time."""
+    monkeypatch.setattr(rolling_window, "SIZE", 150)
+    make, advance = rolling_window.RollingWindow.__init__, rolling_window.RollingWindow.advance
+    monkeypatch.setattr(
+        rolling_window.RollingWindow, "__init__", lambda self, *given: make(self, *given, wanted=150)
+    )
+
+    def narrowed(window: rolling_window.RollingWindow, last: bool) -> Iterator[rolling_window.SolvedWindow]:
+        for solved in advance(window, last):
+            yield solved
+            for mesh in window.meshes:
+                mesh.chord[:] *= 1e-3
+
+    monkeypatch.setattr(rolling_window.RollingWindow, "advance", narrowed)
+    rows = "".join(
+        f"X{math.sin(a):.12f} Y{1.0 - math.cos(a):.12f}\n" for a in (1e-4 * np.arange(1, 3501)).tolist()
+    )
+    with pytest.raises(NoPlanError, match="keeps the chord tolerance"):
+        setpoints(f"G1 {rows}", machine(0.01, 1e-3, 500.0, 3000.0, 5e4))
 
 
 def test_where_the_speed_changes_little_nothing_is_planned_again(monkeypatch: pytest.MonkeyPatch) -> None:
