@@ -42,6 +42,7 @@ class Plain:
     Attributes:
         pole: In program coordinates, in its plane.
         cycle: The cycle that is called, 0 for none.
+        modal: Whether each motion calls it (M89).
         heading: In which direction the last motion ended, in XY.
         parts: Values of a cycle that has them in parts, by their names (1 to 5, 17).
         sizes: Length and diameter, before oversizes, of the tools that had some.
@@ -60,6 +61,7 @@ class Plain:
     pole: complex | None = None
     plane: int = 17
     cycle: int = 0
+    modal: bool = False
     heading: complex | None = None
     parts: dict[str, float] = field(default_factory=dict)
     sizes: dict[int, tuple[float, float]] = field(default_factory=dict)

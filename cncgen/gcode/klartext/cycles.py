@@ -163,7 +163,7 @@ _UNREAD: tuple[tuple[Sequence[int], str], ...] = (
 
 
 def define(ip: Interpreter, number: int) -> None:
-    """CYCL DEF: take the cycle that the calls run."""
+    """CYCL DEF: take the cycle that the calls run, which ends M89; a pattern calls the one before it, and M89 stays."""
     if number in _IDLE:
         message = f"cycle {number} moves no tool: passed over"
         hint = "is it a cycle of the machine's builder?"
@@ -172,15 +172,16 @@ def define(ip: Interpreter, number: int) -> None:
     if number in contour_cycles.DATA:
         Plain.of(ip).train_ways |= number == contour_cycles.WAYS
         return
-    Plain.of(ip).cycle = 0
+    plain = Plain.of(ip)
+    plain.cycle, plain.modal = 0, plain.modal and number in PATTERNS
     if number not in READ:
-        Plain.of(ip).cycle = _NOT_READ
+        plain.cycle = _NOT_READ
         what = next((f" ({what})" for numbers, what in _UNREAD if number in numbers), "")
         hint = "write its moves as L blocks, or another cycle: docs/heidenhain.md lists those that are read"
         raise BlockError("unsupported-block", f"cycle {number}{what} is not read", "CYCL", hint=hint)
-    Plain.of(ip).cycle = number
+    plain.cycle = number
     if number in older_cycles.PARTS:
-        Plain.of(ip).parts = {}
+        plain.parts = {}
 
 
 def take_part(ip: Interpreter, number: int, part: int, text: str) -> None:

@@ -55,8 +55,6 @@ class Execution(ProgramText):
 
     def _prepare(self) -> None:
         super()._prepare()
-        #: Whether each motion calls the cycle (M89).
-        self._modal = False
         #: The part of the feed that M103 lets motions downwards have, 0 for all of it.
         self._plunge = 0.0
         #: The program that cycle 12 names.
@@ -70,7 +68,8 @@ class Execution(ProgramText):
         return self._is_plain_in_space() and orientation.is_plain(self.ip)
 
     def _is_plain_in_space(self) -> bool:
-        return not (self._modal or self._plunge or self._is_free or Plain.of(self.ip).paraxial)
+        plain = Plain.of(self.ip)
+        return not (plain.modal or self._plunge or self._is_free or plain.paraxial)
 
     def _run_plain(self, lane: PlainLane, frame: Frame, most: int) -> int:
         lines, found = frame.program.lines, frame.program.lines.run_at(frame.at)
@@ -144,7 +143,7 @@ class Execution(ProgramText):
 
     def _take_marks(self, marks: Mapping[str, Value]) -> None:
         """Take the functions of a line that stay in force."""
-        self._modal = self._modal or "M89" in marks
+        Plain.of(self.ip).modal |= "M89" in marks
         if "M103" in marks:
             self._plunge = self._now(marks["M103"]) / 100.0
         if "M128" in marks:
@@ -170,7 +169,7 @@ class Execution(ProgramText):
         called = Own.CYCLE_CALL in block.g
         if called:
             block.g = tuple(number for number in block.g if number != Own.CYCLE_CALL)
-            self._modal = False
+            Plain.of(self.ip).modal = False
         self._change_side(block, "R0" in marks)
         moves = not (
             AXIS_INDEX.keys().isdisjoint(block.words) and {*_ARCS, Own.POLAR_LINE}.isdisjoint(block.g)
@@ -190,7 +189,7 @@ class Execution(ProgramText):
             self.frames[-1].program.ends[at] = complex(*self.ip.state.position[:2]), Plain.of(self.ip).heading
         if "t" in block.words:
             self._tell_tool()
-        if called or (self._modal and moves):
+        if called or (Plain.of(self.ip).modal and moves):
             self._call_cycle(at, block)
 
     def _corner_after(self, at: int) -> dict[str, float]:
@@ -199,10 +198,11 @@ class Execution(ProgramText):
 
     def _call_cycle(self, at: int, block: Block) -> None:
         """Run the cycle at the tool's place, or the program of cycle 12 from there on."""
-        if Plain.of(self.ip).cycle == programs.CYCLE and not self._modal:
+        plain = Plain.of(self.ip)
+        if plain.cycle == programs.CYCLE and not plain.modal:
             self._call_program(self._of_cycle)
         else:
-            if self.ip.contour_feed and Plain.of(self.ip).cycle >= OF_PARAMETERS:
+            if self.ip.contour_feed and plain.cycle >= OF_PARAMETERS:
                 message = "M109 and M110 do not act on the arcs of cycles here: their feed is that of the tool's centre"
                 hint = "the path is not changed by it"
                 self.ip.warn_once(BlockError("feed-function", message, "M109", hint=hint))

@@ -263,8 +263,9 @@ class HeidenhainRunner(ContourLines):
             q[203] = surface
 
     def do_call_at(self, frame: Frame, at: int, statement: Statement) -> None:
-        """CYCL CALL POS: the cycle at a place, whose Z shifts the cycle; from below its clearance the tool rises first."""
+        """CYCL CALL POS: the cycle at a place, whose Z shifts the cycle; from below its clearance the tool rises first. It ends M89."""
         block = self._block(at, statement.words)
+        Plain.of(self.ip).modal = False
         q, above = self.ip.parameters.numbers, 0.0
         if Plain.of(self.ip).cycle >= OF_PARAMETERS and "z" in block.words:
             above = block.words.pop("z")
@@ -292,7 +293,8 @@ class HeidenhainRunner(ContourLines):
             before = Plain.of(self.ip).labels
             self._take_labels([] if part in (None, "0") else [*before, *lines.labels_of(rest)])
         elif number == programs.CYCLE:
-            Plain.of(self.ip).cycle = number
+            plain = Plain.of(self.ip)
+            plain.cycle, plain.modal = number, False
             self._of_cycle = programs.of_cycle(rest) if part == "1" else ""
         elif number in _FRAMES:
             self._frame(frame, at, number, part, rest)
