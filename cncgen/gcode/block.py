@@ -90,6 +90,23 @@ class Flow:
     then: Parsed | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Jump:
+    """Where a block leads that calls, returns or passes lines (M97, M98, M99, G65, G66, a cycle of lathes).
+
+    Attributes:
+        kind: ``call``, ``macro``, ``modal``, ``lines``, ``return`` or ``past``.
+        number: Number of the program, below 0 that of its name; of ``lines``, ``return`` and ``past`` that of an N word, -1 for none.
+        times: How often it runs.
+        line: N of the line at which the program of a call begins, -1 for its first.
+    """
+
+    kind: str
+    number: int = -1
+    times: int = 1
+    line: int = -1
+
+
 @dataclass(slots=True)
 class Parsed:
     """One block as the grammar reads it, before its values are known.

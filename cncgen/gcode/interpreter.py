@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from functools import cached_property
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import AXIS_INDEX, Block
+from cncgen.gcode.block import AXIS_INDEX, Block, Jump
 from cncgen.gcode.block_plans import G53, BlockPlans
 from cncgen.gcode.budget import Budget
 from cncgen.gcode.codes.table import LATHES, Handler, language_of
@@ -61,7 +61,7 @@ class Interpreter:
         state: The modal state, `cncgen.gcode.state.modal.State`.
         parameters: Numbered and named parameters.
         tools_given: Whether there is a tool table; else any tool may be called.
-        jump: The jump of M98, M99 or a cycle: kind, number, times; the runner takes it after the block.
+        jump: The jump of M98, M99 or a cycle; the runner takes it after the block.
         macro_values: Arguments of the macro that `jump` asks for.
         modal_macros: G66: number, times and arguments of the macros that follow each motion, the last one first.
         flow: The subroutine calls in progress; None where a block is executed by itself.
@@ -120,7 +120,7 @@ class Interpreter:
         first = next(iter(self.tools.tools), 0) if self.tools_given else 0
         if options.stand_alone:
             self.state.fetched = first
-        self.jump: tuple[str, int, int] | None = None
+        self.jump: Jump | None = None
         self.flow: FlowControl | None = None
         self.guard: Handler | None = None
         self.rewrite: Callable[[Interpreter, Block], Block] | None = None

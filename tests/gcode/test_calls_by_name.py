@@ -40,6 +40,23 @@ def test_calls_and_jumps(body: str, expected: list[tuple[float, ...]]) -> None:
     assert ends(text, dialect="fanuc") == expected
 
 
+@pytest.mark.parametrize("call", ["M98 P7 Q20", "M98 <BOLT HOLE> Q20"])
+def test_q_beside_a_program_is_the_line_at_which_it_begins(call: str) -> None:
+    """Mazak, M98 P Q L: "Q = sequence number in subprogram to be called"; each round of L begins there. The main program has an N20 too."""
+    bodies = "".join(f"{name}\nN10 X1.\nN20 X2.\nM99\n" for name in ("O7", "O<BOLT HOLE>"))
+    text = f"O1\nG21 G91 G0\nN20 Y1.\n{call}\n{call} L2\nM30\n{bodies}"
+    assert ends(text, dialect="fanuc") == [(0, 1, 0), (2, 1, 0), (4, 1, 0), (6, 1, 0)]
+
+
+def test_a_program_has_the_line_at_which_it_begins() -> None:
+    text = "G21\nM98 P7 Q30\nG0 X1.\nM30\nO7\nN10 X1.\nM99\n"
+    collected = Diagnostics()
+    check(io.BytesIO(text.encode()), "t.nc", ReadOptions(dialect="fanuc"), collected)
+    assert [(d.code, d.span.line, d.span.column) for d in collected if d.severity == "error" and d.span] == [
+        ("goto-target", 2, 8)
+    ]
+
+
 def test_a_program_called_by_name_stands_in_a_file_and_its_axes_are_known(tmp_path: Path) -> None:
     (tmp_path / "side.nc").write_text("O<SIDE>\nG0 B90.\nM99\n")
     main = tmp_path / "main.nc"

@@ -130,6 +130,13 @@ def test_modal_macro_follows_each_motion(run: Any) -> None:
     assert fanuc(run, text) == expected
 
 
+@pytest.mark.parametrize("block", ["G4 X1.", "G10 L2 P2 X5.", "G52 X0", "G90", "S500"])
+def test_a_modal_macro_does_not_follow_axis_words_that_move_nothing(run: Any, block: str) -> None:
+    """It follows blocks with a motion (B-63324EN, 15.7.2), that of an axis which stands there already, too."""
+    text = f"G66 P5 A3\n{block}\nX0\nG67\nX30\nM30\nO5\nZ-#1\nZ0\nM99"
+    assert fanuc(run, text) == [[0, 0, -3], [0, 0, 0], [30, 0, 0]]
+
+
 def test_subprograms_share_the_callers_locals(run: Any) -> None:
     assert fanuc(run, "#1=2\nM98 P20003\nG0 X#1\nM30\nO3\n#1=#1+1\nM99") == [[4, 0, 0]]
     assert fanuc(run, "M98 P3\nX1\nN7 X2\nM30\nO3\nX9\nM99 P7") == [[9, 0, 0], [2, 0, 0]]

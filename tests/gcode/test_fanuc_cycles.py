@@ -104,6 +104,13 @@ def test_back_boring_bores_upward(run: Any) -> None:
     ]
 
 
+@pytest.mark.parametrize("level", ["G98 ", "G99 "])
+def test_a_back_bore_comes_out_to_the_initial_level(run: Any, level: str) -> None:
+    """R lies beneath the part; a hole before it under G99 has left the tool at the level of its own R."""
+    rows = moves(run, f"G99 G81 X5 Z-3 R2\n{level}G87 X1 Z-5 R-10 Q1")
+    assert rows[-3:] == [[2, 0, -5, 0], [2, 0, 10, 0], [1, 0, 10, 0]]
+
+
 def turns(run: Any, text: str) -> list[tuple[str, int, list[float]]]:
     """Return the events after the start with the spindle's sense (0 where it has none) and where the tool is."""
     out = run(START + text + "\nM30", dialect="fanuc")

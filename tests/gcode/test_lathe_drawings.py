@@ -100,6 +100,22 @@ def test_a_peck_drill_leaves_the_hole_after_each_step() -> None:
 
 
 @pytest.mark.parametrize(
+    ("cycle", "expected"),
+    [
+        # A Swiss lathe's, whose Z points into the part: R is the place where the tool stands. Steps of 2, the clearance is 0.254.
+        ("G0 Z-1.\nG83 Z4.5 R-1. Q2000", [-1, 1, -1, 0.746, 3, -1, 2.746, 4.5, -1]),
+        ("G0 Z-5.\nG85 Z8. R3.", [-5, -2, 8, -2, -5]),
+        ("G0 Z-5.\nG85 W8. R3.", [-5, -2, 6, -2, -5]),
+    ],
+)
+def test_a_hole_on_a_second_spindle_leads_upwards(cycle: str, expected: list[float]) -> None:
+    """The mirror image of the same hole downwards, with a warning."""
+    text = f"G0 X0\n{cycle} F.1\nG80\nG0 Z-20."
+    assert [z for _, z in places(text)][:-1] == expected
+    assert "cycle-depth" in codes(text, "warning")
+
+
+@pytest.mark.parametrize(
     ("r", "level", "warned"), [("R-3.", 2.0, ["cycle-level"]), ("R5.", 5.0, []), ("R1.", 1.0, [])]
 )
 def test_r_is_a_distance_or_the_place_that_can_be_meant(r: str, level: float, warned: list[str]) -> None:

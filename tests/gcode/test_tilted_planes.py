@@ -48,6 +48,37 @@ def test_places_in_a_tilted_plane(run: Any, plane: str, place: list[float]) -> N
     assert last(run, plane) == pytest.approx(place, abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("angles", "place"),
+    [
+        # About X by 90, then Y of the workpiece by 90, as G68.2 P1 Q123 above; about Y alone: X goes to -Z, Z to X.
+        ("I90. J90. K0", [12, 15, 29]),
+        ("I0 J90. K0", [15, 22, 29]),
+    ],
+)
+def test_the_planes_of_haas(run: Any, angles: str, place: list[float]) -> None:
+    """Posts for its mills write G268 with Q123 for angles about the fixed axes, and G253 behind it; G269 ends it."""
+    out = run(
+        f"G90 G21\nG268 X10. Y20. Z30. {angles} Q123\nG253\nG1 X1. Y2. Z5. F100.\nG269\nX1.\nM30",
+        dialect="fanuc",
+    )
+    assert (out.errors, [d.code for d in out.diagnostics]) == ([], ["swivel-frame"])
+    ends = out.path.end[out.path.kind != 3][:, :3].round(9).tolist()
+    assert ends == [place, [1, *place[1:]]]
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        ("G268 X0 Y0 Z0 I0 J90. K0", ("plane-kind", 1, 1)),
+        ("G268 X0 Y0 Z0 I0 J90. K0 Q321", ("plane-kind", 1, 26)),
+        ("G253", ("plane-missing", 1, 1)),
+    ],
+)
+def test_what_the_planes_of_haas_need(run: Any, text: str, error: tuple[str, int, int]) -> None:
+    assert run(text + "\nM30", dialect="fanuc").errors == [error]
+
+
 def test_cycles_and_incremental_moves_follow_the_plane(run: Any) -> None:
     """A hole of 4 along Z of a plane that is turned by 90 degrees about X goes along Y."""
     text = "G68.2 X0 Y0 Z0 I0 J90. K0\nG53.1\nG0 X0 Y0 Z10.\nG98 G81 X3. Y1. Z-4. R2. F100.\nG80\nG91 G0 X1.\nG90 G69\nG0 Z0\nM30"

@@ -56,9 +56,10 @@ class Hole:
     Attributes:
         ip, block: The run and the block that the hole comes from.
         normal: Column of the axis to drill along.
-        retract, bottom, clear: R, the bottom, and where the tool goes when the hole is done.
+        retract, bottom, clear: R, the bottom, and where the tool goes when the hole is done, as heights above the part.
         words: Words in force.
         spindle: Index of the spindle (``$``).
+        up: 1, or -1 where heights grow against the axis: the hole leads towards greater coordinates.
     """
 
     ip: Interpreter
@@ -69,6 +70,7 @@ class Hole:
     clear: float
     words: dict[str, float]
     spindle: int
+    up: float = 1.0
 
     def _moved(self, changes: dict[int, float]) -> list[float]:
         end = self.ip.state.position.copy()
@@ -93,12 +95,12 @@ class Hole:
 
     def traverse(self, level: float) -> None:
         """Traverse along the normal."""
-        self.across({self.normal: level})
+        self.across({self.normal: self.up * level})
 
     def feed(self, level: float) -> None:
         """Feed along the normal."""
         check_feed(self.ip, self.block, f"G{self.ip.state.motion / 10:g}")
-        self.ip.sink.straight_feed(self._moved({self.normal: level}))
+        self.ip.sink.straight_feed(self._moved({self.normal: self.up * level}))
 
     def dwell(self) -> None:
         """Wait for P seconds."""

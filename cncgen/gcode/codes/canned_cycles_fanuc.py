@@ -157,7 +157,7 @@ def _tap_in_step(hole: Hole, direction: int) -> None:
     if state.direction != direction:
         hole.turn(direction)
     bottom = state.position.copy()
-    bottom[hole.normal] = hole.bottom
+    bottom[hole.normal] = hole.up * hole.bottom
     ip.sink.call(f"START_SPEED_FEED_SYNC({pitch:f},0)")
     ip.sink.rigid_tap(bottom, pitch)
     ip.sink.call("STOP_SPEED_FEED_SYNCH()")
@@ -192,11 +192,10 @@ def _fine_bore(hole: Hole) -> None:
 def _back_bore(hole: Hole) -> None:
     """G87: go down beside the hole to R, bore upward to Z, come out beside it."""
     beside, within = _shift(hole)
-    level = hole.ip.state.position[hole.normal]
     _beside(hole, beside, within, hole.retract)
     hole.feed(hole.bottom)
     hole.wait()
-    _beside(hole, beside, within, level)
+    _beside(hole, beside, within, hole.clear)
 
 
 #: The moves of each cycle from R on (G87: from the start); I J of Haas are steps of drilling, J the speed of a tap on its way out.
@@ -352,7 +351,8 @@ def make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> No
         message = f"the bottom, {depth.upper()} {bottom:.4f}, is on the wrong side of R {retract:.4f}"
         hint = "G87 bores upwards: R is beneath the hole" if number in _BACK else ""
         raise BlockError("cycle-depth", message, "R" if "r" in block.words else depth.upper(), hint=hint)
-    clear = max(sticky.level, retract) if state.retract_old else retract
+    # R of a back bore lies beneath the part: it comes out to the initial level, also under G99.
+    clear = max(sticky.level, retract) if state.retract_old or number in _BACK else retract
     hole = Hole(ip, block, normal, retract, bottom, clear, words, 0)
     step = block.without(depth)
     letter = "k" if "k" in block.words and "k" not in sticky.words else "l"

@@ -318,6 +318,7 @@ CODES = (
     Code("G", 680, "rotation", Stage.REFERENCE, rotation, "rotation by R degrees", "xyzabijkr", "own", dialects=_FANUC,
         moves="plane", without="lathes"),
     Code("G", 690, "rotation", Stage.COORDINATES, no_rotation, "no rotation", dialects=_FANUC, without="lathes"),
+    Code("G", 2690, "rotation", Stage.COORDINATES, no_rotation, "end of G268 (Haas)", dialects=_FANUC, without="lathes"),
     Code("G", 160, "polar", Stage.DISTANCE, polar_on, "polar coordinates", dialects=_FANUC, moves="plane", without="lathes"),
     Code("G", 150, "polar", Stage.DISTANCE, polar_off, "no polar coordinates", dialects=_FANUC, without="lathes"),
 )  # fmt: skip

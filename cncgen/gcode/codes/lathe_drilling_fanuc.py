@@ -4,7 +4,7 @@ along Z, and G241 to G249 along X.
 Words stay in force until G80. The tool goes back to the level where the first hole of a row began. FANUC counts R as a distance
 from that level, Haas as a place. The reading between the level and the bottom is taken; if both are, FANUC's is taken with a
 warning. W (U of holes along X) is the distance from R to the bottom. G83 and G87 leave the hole after each step of Q. K repeats the
-hole, each time by the distances of its block (C by H) farther; K0 keeps the words.
+hole, each time by the distances of its block (C by H) farther; K0 keeps the words. A bottom above that level drills upwards, with a warning.
 """
 
 from __future__ import annotations
@@ -98,6 +98,13 @@ def _retract(ip: Interpreter, sticky: Sticky, bottom: float, axis: str) -> float
     return within[-1]
 
 
+def _tell_upwards(ip: Interpreter, axis: str, level: float, bottom: float) -> None:
+    """Warn of a hole towards greater coordinates: that of a second spindle, or of a lathe whose Z points into the part."""
+    message = f"the hole leads from {axis}{level:g} up to {axis}{bottom:g}, towards greater {axis}"
+    hint = "holes on a second spindle do, and on lathes whose Z points into the part"
+    ip.warn_once(BlockError("cycle-depth", message, axis, hint=hint))
+
+
 def _cycle(ip: Interpreter, block: Block, number: int) -> None:
     moves, axis = _MOVES[number]
     cycle = HOLES[moves]
@@ -112,23 +119,20 @@ def _cycle(ip: Interpreter, block: Block, number: int) -> None:
         message = f"{name} has no {axis.upper()}"
         raise BlockError("cycle-words", message, name, hint=f"{axis.upper()} is the bottom of the hole")
     retract, bottom = _levels(ip, sticky, axis)
-    if bottom > sticky.level:
-        message = (
-            f"the bottom {bottom:g} lies above {sticky.level:g}, where the cycle began along {axis.upper()}"
-        )
-        hint = f"the cycle drills towards smaller {axis.upper()}"
-        raise BlockError("cycle-depth", message, axis.upper(), hint=hint)
+    up = -1.0 if bottom > sticky.level else 1.0
+    if up < 0.0:
+        _tell_upwards(ip, axis.upper(), sticky.level, bottom)
     words = {**sticky.words, "p": sticky.words.get("p", 0.0)}
-    if cycle.needs and words.setdefault("q", retract - bottom or 1.0) <= 0.0:
+    if cycle.needs and words.setdefault("q", abs(retract - bottom) or 1.0) <= 0.0:
         raise BlockError("cycle-peck", f"Q{words['q']:g} of {name} must be greater than 0", "Q")
     end = ip.end_point(Block(block.only(_PLACES[axis]), block.g))
     clear = sticky.level if state.retract_old else retract
-    hole = Hole(ip, block, normal, retract, bottom, clear, words, 0)
+    hole = Hole(ip, block, normal, up * retract, up * bottom, up * clear, words, 0, up)
     place = {AXIS_INDEX[letter]: end[AXIS_INDEX[letter]] for letter in _PLACES[axis]}
     step = {column: place[column] - state.position[column] for column in ip.distances & place.keys()}
     for again in range(count):
         hole.across({column: at + again * step.get(column, 0.0) for column, at in place.items()})
-        hole.traverse(retract)
+        hole.traverse(hole.retract)
         cycle.run(hole)
     state.moved = True
 

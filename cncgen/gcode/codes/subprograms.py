@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import Block
+from cncgen.gcode.block import Block, Jump
 from cncgen.gcode.codes.table import BOTH, Code
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.errors import BlockError
@@ -26,7 +26,7 @@ def call(ip: Interpreter, block: Block) -> None:
     if "p" not in block.words:
         raise BlockError("sub-missing", "M98 has no program number P", "M98")
     times = whole(block, "l", "M98") if "l" in block.words else 1
-    ip.jump = ("call", whole(block, "p", "M98"), times)
+    ip.jump = Jump("call", whole(block, "p", "M98"), times)
 
 
 def back(ip: Interpreter, block: Block) -> None:
@@ -34,7 +34,7 @@ def back(ip: Interpreter, block: Block) -> None:
     if ip.call_level() and ip.frame().again is None:
         message = "M99 cannot end a SUB that was called by CALL"
         raise BlockError("sub-kind", message, "M99", hint="use ENDSUB or RETURN")
-    ip.jump = ("return", 0, 0)
+    ip.jump = Jump("return")
 
 
 def user(ip: Interpreter, block: Block) -> None:

@@ -3,9 +3,14 @@
 Angles are Euler's, about Z, the new X, the new Z (I J K); with P1 they are those about the axes X Y Z of the workpiece, in the order of
 Q; with P2 the plane has three points, with P3 the directions of its X and Z. On a machine with kinematics G53.1 turns the rotary axes
 to the nearer pair of positions, and a turned table or head carries the plane (`affine`); without them a warning says that they stay.
+
+Haas's mills have the same by G268 with Q123, G253 and G269, as posts for them write it: I J K are the angles about the axes X Y Z of the
+workpiece, in this order.
 """
 
 from __future__ import annotations
+
+from functools import partial
 
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes import affine, carried_planes
@@ -14,6 +19,7 @@ from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
+from cncgen.records import replace
 
 #: Orders of Q, digits of the axes.
 _ORDERS = (123, 132, 213, 231, 312, 321)
@@ -21,6 +27,8 @@ _UNIT = affine.UNIT
 #: Numbers Q of the blocks of P2 (0 may be left out) and P3.
 _BLOCKS = {2: (0, 1, 2, 3), 3: (1, 2)}
 _HINT = "P2: Q1 the origin, Q2 towards X, Q3 on the side of Y; P3: Q1 X Y Z the origin and I J K along X, Q2 I J K along Z"
+#: The code that turns the rotary axes into the plane of another one.
+_ALIGNS = {"G68.2": "G53.1", "G268": "G253"}
 #: Cosine up to which two directions count as square.
 _SQUARE = 1e-3
 
@@ -112,11 +120,11 @@ def _between(a: affine.Vector, b: affine.Vector) -> affine.Vector:
     return b[0] - a[0], b[1] - a[1], b[2] - a[2]
 
 
-def tilt(ip: Interpreter, block: Block) -> None:
+def tilt(ip: Interpreter, block: Block, name: str = "G68.2") -> None:
     """G68.2 X Y Z I J K."""
     if not isinstance(ip.sink, affine.AffineSink) and ip.sink is not ip.base:
-        message = "G68.2 does not go with G68, G51, G51.1, G43.4, or cutter compensation"
-        raise BlockError("frame-compensation", message, "G68.2", hint="end them before")
+        message = f"{name} does not go with G68, G51, G51.1, G43.4, or cutter compensation"
+        raise BlockError("frame-compensation", message, name, hint="end them before")
     frame = affine.Frame(_UNIT, _vector(block, "xyz"))
     if block.words.get("p") in _BLOCKS:
         gathered = _gathered(ip, block)
@@ -128,11 +136,21 @@ def tilt(ip: Interpreter, block: Block) -> None:
             raise BlockError("unused-word", "R stands in a block of G68.2 that has no use for it", "R")
         frame = affine.Frame(_matrix(block), frame.shift)
     if frame.matrix != affine.UNIT and ip.options.kinematics is None:
-        message = "G68.2 turns the coordinates; the rotary axes of the machine are not turned here"
-        hint = "G53.1 turns them on a machine with a table [kinematics]; or write A B C"
-        ip.warn_once(BlockError("swivel-frame", message, "G68.2", hint=hint))
+        message = f"{name} turns the coordinates; the rotary axes of the machine are not turned here"
+        hint = f"{_ALIGNS[name]} turns them on a machine with a table [kinematics]; or write A B C"
+        ip.warn_once(BlockError("swivel-frame", message, name, hint=hint))
     # A plane of no angles, as posts write it for the first side, is one that G53.1 and G69 find.
     affine.change(ip, frame, stays=True)
+
+
+def tilt_haas(ip: Interpreter, block: Block) -> None:
+    """G268 X Y Z I J K Q123: G68.2 P1 of Haas."""
+    if block.words.get("q") != 123.0:
+        order = f"Q{block.words['q']:g}" if "q" in block.words else "no Q"
+        message = f"{order} of G268: the order in which I J K turn is not read, but for Q123"
+        hint = "Q123 turns about X, then Y, then Z of the workpiece"
+        raise BlockError("plane-kind", message, "Q" if "q" in block.words else "G268", hint=hint)
+    tilt(ip, replace(block, words={**block.words, "p": 1.0}), "G268")
 
 
 def convert(ip: Interpreter, block: Block, angle: float) -> None:
@@ -160,10 +178,13 @@ def convert(ip: Interpreter, block: Block, angle: float) -> None:
     affine.change(ip, within.then(affine.Frame(affine.turn_about(axis, angle), _vector(block, "xyz"))))
 
 
-def align(ip: Interpreter, block: Block) -> None:
-    """G53.1: turn the rotary axes until the tool stands along Z of the tilted plane."""
+def align(ip: Interpreter, block: Block, name: str = "G53.1") -> None:
+    """G53.1 (G253 of Haas): turn the rotary axes until the tool stands along Z of the tilted plane."""
     if not isinstance(ip.sink, affine.AffineSink):
-        raise BlockError("plane-missing", "G53.1 has no tilted plane", "G53.1", hint="G68.2 stands before it")
+        begins = next(first for first, turns in _ALIGNS.items() if turns == name)
+        raise BlockError(
+            "plane-missing", f"{name} has no tilted plane", name, hint=f"{begins} stands before it"
+        )
     kinematics, frame = ip.options.kinematics, ip.sink.program
     if kinematics is None:
         return
@@ -175,7 +196,7 @@ def align(ip: Interpreter, block: Block) -> None:
     )
     if axes is None:
         message = "the rotary axes of the machine do not turn the tool square to the plane"
-        raise BlockError("orientation-vector", message, "G53.1", hint="[kinematics] names the axes")
+        raise BlockError("orientation-vector", message, name, hint="[kinematics] names the axes")
     place = list(ip.state.position)
     for letter, value in carried_planes.words(ip, kinematics, axes).items():
         place[AXES.index(letter)] = value
@@ -188,4 +209,8 @@ CODES = (
         dialects=("fanuc",), moves="XYZ"),
     Code("G", 531, "tool along plane", Stage.COORDINATES, align, "tool along Z of the tilted plane", "p", dialects=("fanuc",),
         moves="rotary"),
+    Code("G", 2680, "rotation", Stage.REFERENCE, tilt_haas, "tilted plane: origin X Y Z, angles I J K about X Y Z by Q123 (Haas)", "xyzijkq",
+        "own", dialects=("fanuc",), moves="XYZ", without="lathes"),
+    Code("G", 2530, "tool along plane", Stage.COORDINATES, partial(align, name="G253"), "tool along Z of the tilted plane (Haas)",
+        dialects=("fanuc",), moves="rotary", without="lathes"),
 )  # fmt: skip

@@ -15,7 +15,7 @@ from functools import partial
 from itertools import pairwise
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import Block
+from cncgen.gcode.block import Block, Jump
 from cncgen.gcode.codes.lathe_fanuc import (
     ALLOWANCE,
     DEEP,
@@ -211,7 +211,7 @@ def _rough(ip: Interpreter, block: Block, name: str, swap: bool) -> None:
     lathe.rapid(home)
     _compensate_again(ip, block)
     ip.state.moved = True
-    ip.jump = "past", whole(block, "q", name), 0
+    ip.jump = Jump("past", whole(block, "q", name))
 
 
 def levels(lathe: Lathe, path: list[Segment], begin: complex, kept: Turning, rapid: bool, name: str) -> None:
@@ -319,7 +319,7 @@ def like_it(ip: Interpreter, block: Block) -> None:
     lathe.rapid(start)
     _compensate_again(ip, block)
     ip.state.moved = True
-    ip.jump = "past", whole(block, "q", "G73"), 0
+    ip.jump = Jump("past", whole(block, "q", "G73"))
 
 
 def finish(ip: Interpreter, block: Block) -> None:

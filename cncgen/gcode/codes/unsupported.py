@@ -34,7 +34,6 @@ MEANING: dict[tuple[str, int], str] = {
     ("G", 1430): "tool length compensation of five axes",
     ("G", 2470): "boring along X with a retraction by hand",
     ("G", 2350): "tool centre point control of Haas",
-    **dict.fromkeys((("G", 2680), ("G", 2690)), "a tilted working plane of Haas"),
     **dict.fromkeys((("M", n) for n in (820, 830, 840)), "a code of 3D printers"),
 }
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cncgen.gcode.block import AXIS_INDEX, Block
+from cncgen.gcode.block import AXIS_INDEX, Block, Jump
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.calls import Calls
 from cncgen.gcode.flow.faults import Faults
@@ -38,10 +38,12 @@ class Executor:
             from cncgen.gcode.codes.comments import comment
 
             comment(ip, block, block.comment)
-        if block.words or block.g or block.m:
-            ip.execute(block)
+        if not (block.words or block.g or block.m):
+            return
         if ip.modal_macros:
-            self._call_modal_macro(block)
+            self._execute_under_macros(block)
+        else:
+            ip.execute(block)
 
     def guarded(self, block: Block) -> None:
         """Let an open curve say that a block does not belong to it; the block still runs."""
@@ -52,11 +54,20 @@ class Executor:
         except BlockError as error:
             self._faults.at(Cursor(block.source, block.offset, block.line), error)
 
-    def _call_modal_macro(self, block: Block) -> None:
-        """Ask for the macro of the last G66 after a motion; motions of that macro ask for the one before it."""
-        ip = self._ip
+    def _execute_under_macros(self, block: Block) -> None:
+        """Execute a block, and ask for the macro of the last G66 after a motion; motions of that macro ask for the one before it.
+
+        Codes that use axis words themselves need not move: G4 X, G10, G52.
+        """
+        ip, state = self._ip, self._ip.state
+        own = any(row.axes == "own" for row in ip.codes.of(block))
+        before, state.moved = state.moved, state.moved and not own
+        try:
+            ip.execute(block)
+            moves = state.moved if own else not AXIS_INDEX.keys().isdisjoint(block.words)
+        finally:
+            state.moved = state.moved or before
         running = sum(frame.modal for frame in self._calls.frames)
-        moves = not AXIS_INDEX.keys().isdisjoint(block.words)
         if moves and ip.jump is None and running < len(ip.modal_macros):
             number, times, ip.macro_values = ip.modal_macros[-1 - running]
-            ip.jump = "modal", number, times
+            ip.jump = Jump("modal", number, times)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import Block, Flow, Parsed, Value, evaluate, gather
+from cncgen.gcode.block import Block, Flow, Jump, Parsed, Value, evaluate, gather
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.o_words import FlowControl
 from cncgen.gcode.state.parameters import Parameters
@@ -137,7 +137,7 @@ class LineRunner:
         if code == "g66":
             self.ip.modal_macros.append((number, times, values))
         else:
-            self.ip.jump, self.ip.macro_values = ("macro", number, times), values
+            self.ip.jump, self.ip.macro_values = Jump("macro", number, times), values
         return True
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from cncgen.gcode.block import PROGRAM, Block, Flow, evaluate, nearest
+from cncgen.gcode.block import PROGRAM, Block, Flow, Jump, evaluate, nearest
 from cncgen.gcode.codes.table import LEADS_ELSEWHERE, Code
 from cncgen.gcode.codes.tools import whole, whole_of
 from cncgen.gcode.errors import BlockError, Stop
@@ -111,25 +111,22 @@ def end_modal_call(ip: Interpreter, block: Block) -> None:
 
 
 def call_program(ip: Interpreter, block: Block) -> None:
-    """M98 P L, M98 <NAME> L: run a program L times; P of more than four digits begins with the number of times. M98 Q: lines of
-    this program from N Q on."""
-    if "q" in block.words:
-        if "p" in block.words:
-            message = "M98 with P and Q begins a program at a line of it, which is not read"
-            hint = "M98 Q500 runs from N500 of this program to M99"
-            raise BlockError("sub-missing", message, "Q", hint=hint)
-        ip.jump = ("lines", whole(block, "q", "M98"), _times(ip, block, "M98"))
-        return
+    """M98 P L, M98 <NAME> L: run a program L times; P of more than four digits begins with the number of times. Q is the N word of the
+    line at which it begins (Mazak: "Q: sequence number in subprogram to be called"), without P of a line of this program."""
+    times = _times(ip, block, "M98")
+    line = whole(block, "q", "M98") if "q" in block.words else -1
     if PROGRAM in block.words:
-        ip.jump = ("call", -1 - int(block.words[PROGRAM]), _times(ip, block, "M98"))
+        ip.jump = Jump("call", -1 - int(block.words[PROGRAM]), times, line)
         return
     if "p" not in block.words:
-        raise BlockError("sub-missing", "M98 has no program number P", "M98", hint="M98 P1000 runs O1000")
+        if line < 0:
+            raise BlockError("sub-missing", "M98 has no program number P", "M98", hint="M98 P1000 runs O1000")
+        ip.jump = Jump("lines", line, times)
+        return
     number = whole(block, "p", "M98")
-    times = _times(ip, block, "M98")
     if number > 9999 and "l" not in block.words and not _has_program(ip, block, number):
         times, number = divmod(number, 10_000)
-    ip.jump = ("call", number, times)
+    ip.jump = Jump("call", number, times, line)
 
 
 def _times(ip: Interpreter, block: Block, code: str) -> int:
@@ -164,12 +161,12 @@ def call_lines(ip: Interpreter, block: Block) -> None:
         message = "M97 has no line number P"
         raise BlockError("sub-missing", message, "M97", hint="M97 P100 runs from N100 to M99")
     times = _times(ip, block, "M97")
-    ip.jump = ("lines", whole(block, "p", "M97"), times)
+    ip.jump = Jump("lines", whole(block, "p", "M97"), times)
 
 
 def back(ip: Interpreter, block: Block) -> None:
     """M99 P: back to where the program was called from, or to its line N; in the main program, to its own."""
-    ip.jump = ("return", whole(block, "p", "M99") if "p" in block.words else -1, 0)
+    ip.jump = Jump("return", whole(block, "p", "M99") if "p" in block.words else -1)
 
 
 def run(control: FlowControl, word: Flow, here: Cursor) -> Cursor | None:

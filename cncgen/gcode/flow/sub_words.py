@@ -16,6 +16,7 @@ from cncgen.gcode.text.lanes import empty_block
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from cncgen.gcode.block import Jump
     from cncgen.gcode.flow.o_words import FlowControl
 
 
@@ -99,16 +100,16 @@ def follow_jump(control: FlowControl, here: Cursor, after: Cursor) -> Cursor | N
     """Execute the jump of a block with M97, M98, M99, G65, G66 or a cycle of lathes (`Interpreter.jump`)."""
     ip, calls = control.ip, control.calls
     assert ip.jump is not None
-    (kind, number, times), ip.jump = ip.jump, None
-    if kind == "past":
-        last = macros.line_numbered(control, here, number, "Q")
+    jump, ip.jump = ip.jump, None
+    if jump.kind == "past":
+        last = macros.line_numbered(control, here, jump.number, "Q")
         return Cursor(
             last.source, control.subroutines.sources[last.source].line_end(last.offset) + 1, last.line + 1
         )
-    if kind == "return":
+    if jump.kind == "return":
         back = calls.leave() if calls.frames else None
-        if number > 0:
-            return macros.line_numbered(control, back or here, number, "P")
+        if jump.number > 0:
+            return macros.line_numbered(control, back or here, jump.number, "P")
         if back is not None:
             return back
         message = "M99 in the main program repeats it without end on a control; one pass is planned"
@@ -116,31 +117,32 @@ def follow_jump(control: FlowControl, here: Cursor, after: Cursor) -> Cursor | N
         ip.end_program()
         return None
     values, ip.macro_values = ip.macro_values, None
-    if times < 1:
+    if jump.times < 1:
         return after
-    if kind == "lines":
-        line = macros.line_numbered(control, here, number, "P")
-        calls.enter(float(number), after, None).again = (line, times - 1)
+    if jump.kind == "lines":
+        line = macros.line_numbered(control, here, jump.number, "P")
+        calls.enter(float(jump.number), after, None).again = (line, jump.times - 1)
         return line
     try:
-        target = _call_number(control, number, times, here, after, values if kind != "call" else None)
+        target = _call_number(control, jump, here, after, values if jump.kind != "call" else None)
     except BlockError as error:
         if error.code != "sub-missing" or values is None:
             raise
         from cncgen.gcode.codes.probing import measures
 
         block = empty_block(here)
-        if not measures(ip, block, number, values):
+        if not measures(ip, block, jump.number, values):
             raise
         return after
-    calls.frame.modal = kind == "modal"
+    calls.frame.modal = jump.kind == "modal"
     return target
 
 
 def _call_number(
-    control: FlowControl, number: int, times: int, here: Cursor, after: Cursor, values: list[float] | None
+    control: FlowControl, jump: Jump, here: Cursor, after: Cursor, values: list[float] | None
 ) -> Cursor:
-    """Run the program of that number, or below 0 of that name, `times` times, with these local parameters (M98: those of the caller)."""
+    """Run the program of a jump with these local parameters (M98: those of the caller)."""
+    number = jump.number
     label = float(number) if number >= 0 else program_names[-1 - number]
     try:
         target = control.subroutines.find(label, here, ("program", "sub"))
@@ -150,8 +152,10 @@ def _call_number(
     if target.keyword == "sub" and control.ip.dialect == "linuxcnc":
         hint = f"use o{number} CALL"
         raise BlockError("sub-kind", f"o{number} is a SUB, which M98 cannot run", "P", hint=hint)
-    frame = control.calls.enter(label, after, values)
     # Words may stand behind the number of a program.
     begin = target.cursor if target.keyword == "program" else target.after
-    frame.again = (begin, times - 1)
+    if jump.line >= 0:
+        begin = macros.line_numbered(control, begin, jump.line, "Q")
+    frame = control.calls.enter(label, after, values)
+    frame.again = (begin, jump.times - 1)
     return begin
