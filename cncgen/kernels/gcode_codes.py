@@ -113,15 +113,15 @@ SHAPE_COLUMNS = (
 #: Columns of the row of a marked line (`gcode_marks.Marks`): its offset and number, the offset of the next line, its keyword, whether it is
 #: certain where it leads (-1: not known yet), the marks below and above that it leads to (-1 for none), and how many columns there are.
 MARK_COLUMNS = ("OFFSET", "LINE", "BEHIND", "KEYWORD", "LEADS", "MARK_BELOW", "MARK_ABOVE", "MARK_WIDTH")
-#: Keywords that an O-word looks for in its subroutine, above it and below it: a branch the next one, the last of them its end; WHILE above
-#: it the DO of its loop, if there is one.
+#: Keywords that an O-word looks for in its subroutine, above it and below it: a branch the next one, the last of them its end; DO and WHILE
+#: the other one of their loop, if there is one.
 LOOKS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "if": ((), ("elseif", "else", "endif")),
     **dict.fromkeys(("elseif", "else"), (("if",), ("endif",))),
     "endif": (("if",), ()),
     "while": (("do",), ("endwhile",)),
     "endwhile": (("while",), ()),
-    "do": ((), ()),
+    "do": ((), ("while",)),
     "repeat": ((), ("endrepeat",)),
     "endrepeat": (("repeat",), ()),
     **dict.fromkeys(("break", "continue"), ((), ("endwhile", "endrepeat", "while"))),

@@ -48,6 +48,8 @@ def test_one_branch_is_taken(run: Any, value: int, expected: float) -> None:
         ("o1 while [#1 lt 5]\n#1=[#1+1]\nG0 X#1\nM2", "WHILE", "ENDWHILE"),
         ("o1 repeat [5]\n#1=[#1+1]\nG0 X#1\nM2", "REPEAT", "ENDREPEAT"),
         ("o1 if [#1 lt 5]\n#1=[#1+1]\nG0 X#1\nM2", "IF", "ENDIF"),
+        ("o1 do\n#1=[#1+1]\nG0 X#1\nM2", "DO", "WHILE"),
+        ("o9 sub\no1 do\nG0 X1\no9 endsub\no9 call [1]\no1 while [0]\nM2", "DO", "WHILE"),
         ("o9 sub\no1 while [#1 lt 5]\nG0 X1\no9 endsub\no9 call [1]\no1 endwhile\nM2", "WHILE", "ENDWHILE"),
     ],
 )
