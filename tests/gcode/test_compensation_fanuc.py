@@ -189,3 +189,27 @@ def test_a_direction_beside_g40_of_a_lathe_is_no_chamfer(run: Any, tmp_path: Pat
     assert out.errors == []
     rows = [tuple(round(float(v), 6) for v in row[[0, 2]]) for row in out.path.end[out.path.kind < 3]]
     assert rows[-2:] == [(12, -18), (30, -15)]
+
+
+@pytest.mark.parametrize(
+    ("leave", "warned"),
+    [
+        ("G40\nG0Z5.\nX-20", 1),
+        ("G40G0Z5.\nX-20", 1),
+        ("G40\nG91G28Z0\nG90X-20", 1),
+        ("G40G0X-20\nZ5.", 0),
+        ("G40\nX-20Z5.", 0),
+        ("G40\nM8\nX-20\nZ5.", 0),
+    ],
+)
+def test_a_move_out_of_the_plane_that_ends_the_offset_is_warned_of(
+    run: Any, tmp_path: Path, leave: str, warned: int
+) -> None:
+    """The tool stands 2 beside X10, and goes across while it is drawn back: controls differ in that."""
+    table = tmp_path / "tools.tbl"
+    table.write_text(TOOLS)
+    out = run(f"{ENTER}{leave}\nM30", dialect="fanuc", tool_table=table)
+    assert out.errors == []
+    found = [d.message for d in out.diagnostics if d.code == "comp-exit"]
+    assert len(found) == warned
+    assert all("back onto the programmed path too, by 2 mm" in message for message in found)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import Block
+from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.table import COMPENSATION, INTERRUPTS, STRICT_COMPENSATION, TOOL_POINT, Code
 from cncgen.gcode.codes.tools import known, tell_unknown, whole
 from cncgen.gcode.errors import BlockError
@@ -29,6 +29,8 @@ _G40 = 400
 _CENTRE = "ijk"
 _GROUP = "cutter compensation"
 _LAST_DIGIT = 1e-12
+#: From how far on the tool stands beside the path, program units.
+_BESIDE = 1e-6
 
 
 def _turn_on(ip: Interpreter, block: Block, left: bool, dynamic: bool) -> None:
@@ -180,8 +182,10 @@ def turn_off(ip: Interpreter, block: Block) -> None:
             sink.leave_towards(way)
     end(ip)
     ip.sink.call('COMMENT("interpreter: cutter radius compensation off")')
-    if leaves and not _check_leaving(ip, block):
-        ip.guard = _leave_straight
+    if sink is not None and leaves:
+        beside = abs(sink.centre.position - in_plane(ip.state.position, sink.plane))
+        ip.guard = partial(_leave_straight, beside)
+        _leave_straight(beside, ip, block)
 
 
 def end(ip: Interpreter) -> None:
@@ -229,10 +233,20 @@ def _begin_again(code: int, ip: Interpreter, block: Block) -> None:
     ip.execute(block.beside({}, (code,)))
 
 
-def _leave_straight(ip: Interpreter, block: Block) -> None:
-    """Watch the blocks after G40 up to the first motion."""
-    if _check_leaving(ip, block):
-        ip.guard = None
+def _leave_straight(beside: float, ip: Interpreter, block: Block) -> None:
+    """Watch the blocks after G40 up to the first motion; warn of FANUC's that leaves the plane, and the path by a distance, at once."""
+    if not _check_leaving(ip, block):
+        return
+    ip.guard = None
+    first, second, normal = (AXES[axis] for axis in ip.state.plane_axes())
+    alone = normal in block.words and block.words.keys().isdisjoint(first + second)
+    if not alone or ip.dialect != "fanuc" or beside < _BESIDE:
+        return
+    unit = "inch" if ip.state.inches else "mm"
+    move = f"this move along {normal.upper()}, the first one behind the compensation,"
+    message = f"{move} takes the tool back onto the programmed path too, by {beside:.4g} {unit}"
+    hint = f"G40 beside {first.upper()} or {second.upper()} leaves no choice: controls differ in whether the offset ends in a move along {normal.upper()}"
+    ip.warn_once(BlockError("comp-exit", message, normal.upper(), hint=hint))
 
 
 def _check_leaving(ip: Interpreter, block: Block) -> bool:
