@@ -180,6 +180,11 @@ def test_percent_signs_bound_the_program(run: Any) -> None:
         ("G0 X1\nM30\n\n(X5)\n;G0 X3\n%\n", "linuxcnc", []),
         ("G0 X1\no1 call\nM2\no1 sub\nG0 X2\no1 endsub\n", "linuxcnc", []),
         ("O1\nG0 X1.\nM30\nO2\nG0 X2.\nM99\n", "fanuc", []),
+        # A program of its own, which ends as a main program does; as a subprogram it would be called.
+        ("%\nO1\nG0 X1.\nM30\n%\nO2\nG0 X2.\nM30\n%\n", "fanuc", [4]),
+        ("O1\nG0 X1.\nM30\nO3\nG0 X3.\nM99\nO2\nM98 P3\nG0 X2.\nM30\n", "fanuc", [3]),
+        ("O1\nM98 P30002\nM30\nO2\nG0 X2.\nM30\n", "fanuc", []),
+        ("O1\nM98 P[#1+2]\nM30\nO2\nG0 X2.\nM30\n", "fanuc", []),
         ("O1\nM97 P9\nM30\nN9 G0 X2.\nM99\n", "fanuc", []),
         ("O1\nIF [#1 GT 5.] GOTO 9\nM30\nN9 G0 X2.\nM30\n", "fanuc", []),
     ],

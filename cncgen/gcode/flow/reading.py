@@ -17,6 +17,8 @@ _REST = 65_536
 #: The end of a program, a block that moves, what ends a subprogram or calls from one, and what leads to lines by their numbers.
 _END, _MOVES = rb"M(?:0*2|30)(?![\d.])", rb"[XYZUW][ \t]*[-+.\d#\[]"
 _SUBPROGRAM, _LEADS = rb"M[ \t]*99(?![\d.])|ENDSUB", rb"GOTO|M97|M98|G7[0-3][^\n]*P\d+Q|M99P"
+#: A program by its number and what stands in it, and a call by a number or a computed one (FANUC).
+_PROGRAM, _CALLED = rb"(?ms)^[O:](\d+)(.*?)(?=^[O:]\d|\Z)", rb"P(\d+|[#\[])"
 #: Texts remembered.
 _MAX_TEXTS = 1024
 
@@ -104,7 +106,18 @@ def tell_of_rest(ip: Interpreter, source: Source, last: Block) -> None:
     import re
 
     end = re.search(_END, bare(source.data[begin:behind]))
-    rest = re.sub(signs.OUT_OF_CODE, b"", data.upper()).partition(b"\n%")[0].strip()
+    code = re.sub(signs.OUT_OF_CODE, b"", data.upper())
+    if (
+        end is not None
+        and ip.dialect == "fanuc"
+        and (own := _uncalled(code, bare(source.data[:behind][-_REST:])))
+    ):
+        ip.base.block = last
+        message = f"{own} behind {end[0].decode()} has an end of its own, and nothing calls it: it is another program, which is not run"
+        hint = "programs of their own belong into files of their own"
+        ip.warn(BlockError("text-behind-end", message, end[0].decode(), hint=hint), Severity.WARNING)
+        return
+    rest = code.partition(b"\n%")[0].strip()
     lines = [line for line in rest.splitlines() if re.search(_MOVES, line)]
     if end is None or not lines or rest[:1] in b"%O:<" or re.search(_SUBPROGRAM, rest):
         return
@@ -116,6 +129,22 @@ def tell_of_rest(ip: Interpreter, source: Source, last: Block) -> None:
     message = f"{least}{len(lines)} blocks with motions stand behind {name}, which ends the program: they are not run"
     hint = f"remove {name} where they belong to it; programs of their own belong into files of their own"
     ip.warn(BlockError("text-behind-end", message, name, hint=hint), Severity.WARNING)
+
+
+def _uncalled(rest: bytes, before: bytes) -> str:
+    """Return the first program behind the end of the main one that moves, ends as a main program does and has no call; "" without one."""
+    import re
+
+    calls = re.findall(_CALLED, before) + re.findall(_CALLED, rest)
+    if not all(call.isdigit() for call in calls):
+        return ""
+    # The first digits of P may be the number of times.
+    called = {n for call in calls for n in (int(call), int(call[-4:]))}
+    for number, body in re.findall(_PROGRAM, rest):
+        alone = re.search(_MOVES, body) and re.search(_END, body) and not re.search(_SUBPROGRAM, body)
+        if alone and int(number) not in called:
+            return f"O{number.decode()}"
+    return ""
 
 
 class Percent:
