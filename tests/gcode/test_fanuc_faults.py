@@ -27,7 +27,7 @@ WRONG = {
     "a dwell backwards": ("G4 X-1", ("dwell-time", 1, 4)),
     "back without a way there": ("G29 X1", ("reference-point", 1, 1)),
     "back in no axis": ("G28 X1\nG29", ("axis-missing", 2, 1)),
-    "a third reference point": ("G30 P3 X1", ("reference-point", 1, 5)),
+    "a fifth reference point": ("G30 P5 X1", ("reference-point", 1, 5)),
     "a skip in no axis": ("F10\nG31", ("axis-missing", 2, 1)),
     "a skip under compensation": ("F10\nG41.1 D1\nG1 X9\nG31 X12", ("comp-refused", 4, 1)),
     "a frame under compensation": ("F10\nG41.1 D1\nG1 X9\nG68 X0 Y0 R30", ("frame-compensation", 4, 1)),

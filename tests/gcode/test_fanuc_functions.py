@@ -63,11 +63,29 @@ def test_g92_s_bounds_the_speed_and_does_not_set_it(calls: Any) -> None:
         ("G91 G28 Z0\nM30", [[1, 2, 0]]),
         ("G28 X5 Y6\nG90 G29 X7\nM30", [[5, 6, 3], [0, 0, 3], [5, 0, 3], [7, 0, 3]]),
         ("G30 Z4\nM30", [[1, 2, 4], [1, 2, 0]]),
+        ("G30 P3 Z4\nM30", [[1, 2, 4], [1, 2, 0]]),
     ],
 )
 def test_reference_points(run: Any, text: str, expected: list[list[float]]) -> None:
     """The axes of the block alone go, by way of the point in the block; G29 comes back by that point."""
     assert fanuc(run, "G0 X1 Y2 Z3\n" + text)[1:] == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("G30 Z0", [("note", "machine zero")]),
+        ("G30 P4 Z0", [("warning", "machine zero")]),
+        ("G53 G0 X1.\nG30.1\nG30 P2 X0", []),
+        ("G53 G0 X1.\nG30.1\nG30 P3 X0\nG30 P3 X0", [("warning", "that of the second")]),
+    ],
+)
+def test_the_place_of_a_reference_point_is_a_guess(run: Any, text: str, said: list[tuple[str, str]]) -> None:
+    """The control has it in its parameters 1241 to 1243; lathes turn their turrets at G30 P3."""
+    out = run(f"{text}\nM30", dialect="fanuc")
+    assert out.errors == []
+    found = [d for d in out.diagnostics if d.code == "reference-point"]
+    assert [(str(d.severity), d.message.partition("taken to be ")[2]) for d in found] == said
 
 
 def test_reference_points_under_a_rotation(run: Any) -> None:

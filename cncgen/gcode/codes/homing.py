@@ -16,6 +16,9 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
 from cncgen.gcode.state.parameters import HOME_28, HOME_30
 
+#: FANUC's parameters of the reference points of G30.
+_OTHERS = {2.0: 1241, 3.0: 1242, 4.0: 1243}
+
 
 def _go(ip: Interpreter, block: Block, first: int) -> None:
     axes = {index for index, _ in block.axes()} if has_axis(block) else set(range(len(AXES)))
@@ -48,13 +51,20 @@ def _set(ip: Interpreter, block: Block, first: int) -> None:
 
 
 def other_point(ip: Interpreter, block: Block) -> None:
-    """G30 P of FANUC: the axes of the block to the second reference point (P3 and P4 are not described)."""
+    """G30 P of FANUC: the axes of the block to the second reference point; the third and fourth are taken to be there, too."""
     number = block.words.get("p", 2.0)
-    if number != 2.0:
-        message = f"reference point {number:g} is not known: the second alone is"
-        hint = f"its place is in parameters #{HOME_30} and after; use G30 P2, or G53"
-        raise BlockError("reference-point", message, "P", hint=hint)
+    if number not in _OTHERS:
+        message = f"P{number:g} of G30 is no reference point: P2, P3 and P4 are"
+        raise BlockError("reference-point", message, "P", hint="G30 P2 Z0 leads to the second one")
     _named_axes(ip, block, "G30", HOME_30)
+    known = any(ip.parameters.offset(HOME_30, 1.0))
+    if number == 2.0 and known:
+        return
+    place = "that of the second" if known else "machine zero"
+    message = f"the place of reference point {number:g} is not known: it is taken to be {place}"
+    hint = f"#{HOME_30} and after of --parameters have that of the second; the control has it in its parameter {_OTHERS[number]}"
+    error = BlockError("reference-point", message, "P" if "p" in block.words else "G30", hint=hint)
+    ip.warn_once(error, Severity.NOTE if number == 2.0 else Severity.WARNING)
 
 
 def _named_axes(ip: Interpreter, block: Block, name: str, first: int) -> None:
