@@ -138,6 +138,17 @@ def test_names_of_variables_for_the_screen(run: Run) -> None:
     assert not any(event.values.get("print") for event in out.path.events)
 
 
+def test_spindles_in_step_of_haas(run: Run) -> None:
+    """G199 and G198, between which a second spindle takes the part over: they move no slide, and one spindle is planned for."""
+    text = "%\nO1\nG18 G21 G99 G97\nS500 M3\nG0 X10. Z5.\nG199 R90.\nG1 Z1. F.2\nG198\nX20.\nM30\n%\n"
+    out = run(text, dialect="fanuc-lathe")
+    assert out.errors == []
+    assert [(d.severity, d.code) for d in out.diagnostics if d.code == "spindle-number"] == [
+        ("note", "spindle-number")
+    ]
+    assert out.path.end[out.path.kind != 3][:, [0, 2]].tolist() == [[5, 5], [5, 1], [10, 1]]
+
+
 def test_a_bar_feeder_of_haas(run: Run) -> None:
     """G105 J K R P: motions of the control's own program, which move no axis of the plan; a warning tells of them."""
     out = run("%\nO1\nG18 G21 G99\nG0 X10. Z5.\nG105 J38. K2.5\nX20.\nM30\n%\n", dialect="fanuc-lathe")

@@ -86,6 +86,13 @@ def bar_feed(ip: Interpreter, block: Block) -> None:
     ip.sink.call("", Event("user", values={"g": 105}))
 
 
+def in_step(ip: Interpreter, block: Block, code: int) -> None:
+    """G199 and G198 of Haas's lathes: the second spindle turns in step with the first one, R degrees ahead; the slides do not move."""
+    message = f"G{code} is for the second spindle of two in step: one spindle is planned for"
+    ip.warn_once(BlockError("spindle-number", message, f"G{code}", hint="it moves no axis"), Severity.NOTE)
+    ip.sink.call("", Event("user", values={"g": code}))
+
+
 def rigid(ip: Interpreter, block: Block) -> None:
     """M29: the next row of holes turns the spindle in step with the feed, until G80 or a code of motion."""
     ip.state.rigid = ARMED
@@ -138,5 +145,9 @@ CODES = (
         for number in range(19_000, 19_080, 10)
     ),
     Code("G", 1050, "bar feed", Stage.MOTION, bar_feed, "the bar feeder pushes the bar (Haas): an event", "ijkpr", dialects=(LATHE,)),
+    *(
+        Code("G", 10 * code, "spindles in step", Stage.SPINDLE, partial(in_step, code=code), text, "r", dialects=(LATHE,))
+        for code, text in ((198, "end of G199 (Haas): an event"), (199, "the second spindle turns in step with the first (Haas): an event"))
+    ),
     Code("M", 290, "rigid tapping", Stage.SPINDLE, rigid, "the next row of taps in step with the spindle", dialects=_FANUC),
 )  # fmt: skip

@@ -26,7 +26,6 @@ MEANING: dict[tuple[str, int], str] = {
     ("G", 1560): "broaching",
     **dict.fromkeys((("G", 1740), ("G", 1840)), "tapping along a direction other than the spindle's"),
     **dict.fromkeys((("G", n) for n in (1860, 1950, 1960)), "tapping with a driven tool"),
-    **dict.fromkeys((("G", 1980), ("G", 1990)), "two spindles in step"),
     ("G", 1880): "the program of a pallet, by the schedule of pallets",
     ("G", 2000): "turning the turret on the way",
     ("G", 2110): "setting a tool by hand",
