@@ -138,14 +138,10 @@ def _forces(axis: PdPlusAxis, period_s: float, position: Floats, push: Floats) -
 def drivable(machine: Machine, options: PlanOptions) -> Machine:
     """Return the machine with its speeds, accelerations and jerks lowered to the abilities of its drives.
 
-    Changes nothing unless ``options.saturation`` is `predictive`.
-
     Raises:
         UsageError: An axis has no `pd-plus` servo data with a `saturation_volt`.
         NoPlanError: Friction takes all that a drive has, or its loop is unstable.
     """
-    if options.saturation != "predictive":
-        return machine
     axes = dict(machine.axes)
     for letter, model in pd_plus_axes(machine, options).items():
         axes[letter] = _drivable(letter, axes[letter], model, machine.period_s)

@@ -25,8 +25,8 @@ from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
 from cncgen.planner.motion import motion_at, time_at
 from cncgen.planner.options import TWO_STAGE, PlanOptions
-from cncgen.planner.profile_parts import arrival_at, cut, joined
-from cncgen.planner.record import Limit, Profile, Trajectory
+from cncgen.planner.profile_parts import arrival_at, cut, joined, stepped
+from cncgen.planner.record import Profile, Trajectory
 from cncgen.planner.stateline_interpolation import hold_together
 from cncgen.toolpath.record import Kind
 
@@ -97,7 +97,7 @@ def retime_one(trajectory: Trajectory, stepper: Stepper, period_s: float, late_s
         parts.append(cut(plan, planned, start, now - planned))
         now = parts[-1].t[-1]
         steps = stepper(path, int(row), plan, start, end, now, period_s)
-        parts.append(_stepped(steps, plan))
+        parts.append(stepped(plan, steps.t, steps.s, steps.planned))
         known.append((steps.planned, steps.t))
         now, planned = steps.t[-1], end
     parts.append(cut(plan, planned, plan.t[-1], now - planned))
@@ -105,19 +105,6 @@ def retime_one(trajectory: Trajectory, stepper: Stepper, period_s: float, late_s
     times = np.concatenate([plan.t[:1], *(p for p, _ in known), plan.t[-1:]])
     real = np.concatenate([plan.t[:1] + late_s, *(r for _, r in known), profile.t[-1:]])
     return trajectory.retimed(profile, lambda t: float(np.interp(t, times, real)))
-
-
-def _stepped(steps: Steps, plan: Profile) -> Profile:
-    """Turn steps into pieces of constant speed, marked with the limit of the plan there."""
-    duration = np.diff(steps.t)
-    v = np.divide(np.diff(steps.s), duration, out=np.zeros_like(duration), where=duration > 0.0)
-    zero = np.zeros(len(v))
-    limit = (
-        plan.limit[motion_at(plan, steps.planned[:-1]).piece]
-        if len(plan)
-        else np.full(len(v), np.int8(Limit.NONE))
-    )
-    return Profile(steps.t, steps.s, v, zero, zero, zero, limit)
 
 
 def ticks_between(start: float, end: float, period_s: float) -> Floats:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.planner.motion import motion_at, time_at
-from cncgen.planner.record import Profile
+from cncgen.planner.record import Limit, Profile
 
 Floats = NDArray[np.float64]
 
@@ -43,6 +43,23 @@ def cut(profile: Profile, start: float, end: float, shift: float = 0.0) -> Profi
     # s''' = j + c s' keeps its j wherever a piece is entered.
     j[0] = profile.j[first]
     return Profile(t + shift, s, v, a, j, c, profile.limit[pick])
+
+
+def stepped(plan: Profile, t: Floats, s: Floats, planned: Floats) -> Profile:
+    """Return pieces of constant speed, marked with the limit of a plan there.
+
+    Args:
+        plan: The plan.
+        t, s: Shape (n,), when and where on its path they begin, and the last one ends.
+        planned: Shape (n,), the time of the plan at each.
+    """
+    duration = np.diff(t)
+    v = np.divide(np.diff(s), duration, out=np.zeros_like(duration), where=duration > 0.0)
+    zero = np.zeros(len(v))
+    limit = (
+        plan.limit[motion_at(plan, planned[:-1]).piece] if len(plan) else np.full(len(v), np.int8(Limit.NONE))
+    )
+    return Profile(t, s, v, zero, zero, zero, limit)
 
 
 def joined(parts: Sequence[Profile]) -> Profile:

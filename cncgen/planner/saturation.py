@@ -26,6 +26,7 @@ from cncgen.machine.servo_schema import resolve
 from cncgen.planner.contour_prediction import servo_of
 from cncgen.planner.motion import motion_at
 from cncgen.planner.options import PlanOptions
+from cncgen.planner.profile_parts import stepped
 from cncgen.planner.record import Limit, Profile, Trajectory
 from cncgen.units import to_file
 
@@ -317,12 +318,9 @@ def _with_knots(trajectory: Trajectory, knots: Floats) -> Trajectory:
     t, planned = knots[:, 0], knots[:, 1]
     s = np.clip(knots[:, 2] - knots[0, 2] + plan.s[0], plan.s[0], plan.s[-1])
     s[-1] = plan.s[-1]
-    duration = np.diff(t)
-    v = np.divide(np.diff(s), duration, out=np.zeros_like(duration), where=duration > 0.0)
-    limit = plan.limit[motion_at(plan, planned[:-1]).piece] if len(plan) else np.zeros(len(v), dtype=np.int8)
-    held = np.diff(planned) < duration * (1.0 - 1e-9)
-    zero = np.zeros(len(v))
-    profile = Profile(t, s, v, zero, zero, zero, np.where(held, np.int8(Limit.SATURATION), limit))
+    profile = stepped(plan, t, s, planned)
+    held = np.diff(planned) < np.diff(t) * (1.0 - 1e-9)
+    profile = replace(profile, limit=np.where(held, np.int8(Limit.SATURATION), profile.limit))
     return trajectory.retimed(profile, lambda time: float(np.interp(time, planned, t)))
 
 

@@ -16,7 +16,7 @@ from cncgen.geometry import elementary
 from cncgen.geometry.path import Path
 from cncgen.kernels import along_path as kernel
 from cncgen.kernels import node_places
-from cncgen.planner.least_time.corners import Corners, nearest
+from cncgen.planner.least_time.corners import NO_TURN, Corners, nearest
 from cncgen.planner.limits.axis_limits import AxisLimits, along_path, lowered, resolution
 from cncgen.toolpath.record import Kind
 
@@ -46,8 +46,6 @@ class TooManyNodesError(Exception):
 _OF_RADIUS, _OF_RAMP, _OF_PANEL = 0.08, 0.2, 1.3
 #: Largest growth of the spacing per length along the path.
 _GROWTH = 0.25
-#: Turn of the direction over a panel, or a part of one, rad, below which the path is straight there except for rounding.
-_NO_TURN = 1e-9
 #: Length of the interval beside a rest: the least of these parts of the distance in which full jerk reaches full acceleration, of
 #: that in which it reaches the largest speed, of the radius of curvature, and of the distance to the next slow place.
 _FIRST, _SLOW, _BEND, _PART = 0.125, 0.075, 0.005, 1.0 / 60.0
@@ -187,7 +185,7 @@ def _spacing(shape: tuple[Floats, ...], panels: Floats, steps: Bools) -> Floats:
     out = np.where(steps, np.minimum(out, _OF_RAMP * ramp), out)
     # Panels follow the parameter, too: where a straight curve stands still, they are tiny and independent of the path.
     with np.errstate(invalid="ignore"):
-        turns = turn * panels + twist * panels**2 > _NO_TURN
+        turns = turn * panels + twist * panels**2 > NO_TURN
     return np.where(turns, np.minimum(out, _OF_PANEL * panels), out)
 
 

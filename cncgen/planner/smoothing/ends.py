@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
 from cncgen.geometry.columns import max_over_axes
-from cncgen.geometry.path import STANDSTILL, Path, metric_columns
+from cncgen.geometry.path import STANDSTILL, Path
 from cncgen.geometry.splitting import split
+from cncgen.planner.limits.axis_limits import axis_scale
 from cncgen.planner.smoothing.runs import LEAST_TOLERANCE, rests
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 from cncgen.toolpath.slicing import between, join
-from cncgen.units import DEGREE
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -127,8 +127,7 @@ def _curve_ends(rows: Toolpath, path: Path, before: tuple[bool, float]) -> _Curv
     one, two = one[pair], two[pair]
     if not one.size:
         return _CurveEnds(rough, reach)
-    scale = np.ones(len(rows.axes))
-    scale[metric_columns(rows.axes)[2]] = 1.0 / DEGREE
+    scale = axis_scale(rows.axes)
     left = path.evaluate(path.row_s[one + 1], 2, -1) * scale
     right = path.evaluate(path.row_s[two], 2, 1) * scale
     turn, step = (np.linalg.norm(right[k] - left[k], axis=1) for k in (1, 2))

@@ -157,7 +157,7 @@ class _Smoother:
             if not closed and len(window) == len(moving):
                 return first
             longest = size >= _LONGEST_WINDOW or (most == _LONGEST_WINDOW and len(window) < size)
-            rest = self._fit(stretches, path, classes, window, stop, final or longest, done)
+            rest = self._fit(stretches, path, classes, window, final or longest, done)
             if rest is None:
                 size *= 2
                 continue
@@ -185,7 +185,6 @@ class _Smoother:
         path: Path,
         classes: Classes,
         window: Ints,
-        stop: int,
         final: bool,
         done: _Done,
     ) -> int | None:

@@ -16,7 +16,6 @@ from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 
 #: Lines stand for a curve within this part of its tolerance.
 _CHORD = 0.002

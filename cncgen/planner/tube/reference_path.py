@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -222,11 +222,3 @@ class Reference:
                 x = path.evaluate(m.s, 2, 1)[:, 0] * self.scale
                 return np.stack([x[0], x[1] * m.v, x[2] * m.v**2 + x[1] * m.a])
         raise ValueError("the place is not in the plan")
-
-
-def moved(trajectory: Trajectory, later_s: float) -> Trajectory:
-    """Return a trajectory shifted in time."""
-    if later_s == 0.0:
-        return trajectory
-    later = replace(trajectory.profile, t=trajectory.profile.t + later_s)
-    return trajectory.retimed(later, lambda t: t + later_s)

@@ -26,14 +26,14 @@ from cncgen.planner.tube.window_rounds import Window, moving
 from cncgen.planner.tube.window_search import AHEAD, WindowSearch
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 #: Nodes of a window, of the first one, for which the first setpoints wait, and those over which the end of one is felt, at most.
 WINDOW, FIRST, OVERLAP = 1300, 450, 300
 #: A run is one window up to so many times of its nodes. Rows without a run after one, beyond which no other is waited for.
 _ONE, _BETWEEN = 1.3, 256
 #: Nodes to which a window is shortened where none of its motions holds, a quarter of them each time. Of the tolerance, parts that such a
-#: short one tries as its room before the plan stands: the motion for less is one for more as well.
+#: short one tries as its room before the plan stands, and how many times closer its nodes are: the motion for less is one for more as
+#: well. Without less room three of twenty stars as large as P take 27 to 45 % longer, without closer nodes a parabola that turns back 0.5 %.
 _SMALLEST, _ATTEMPTS = 100, ((1.0, 1.0), (1.0, 2.0), (0.4, 1.0), (0.1, 1.0))
 #: Runs of fewer nodes have closer nodes, at most by this factor: a few nodes lose time that closer nodes of a narrower tolerance do
 #: not.

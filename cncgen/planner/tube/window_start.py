@@ -20,7 +20,8 @@ Found = tuple[Search, Solved]
 Again = tuple[Floats, Floats, Floats, Floats, Floats]
 
 #: Parts of the speed that guesses have, one after the other, and of the acceleration at that speed, at the pace of corners at least; and
-#: of the one that goes before the later ones where corners are near each other, at the pace of the plan.
+#: of the one that goes before the later ones where corners are near each other, at the pace of the plan. Without the slowest, two of 80
+#: small chains take 3 and 8 % longer.
 _STARTS, _SLOW = ((0.95, 0.3), (0.6, 0.0), (0.4, 0.0)), (0.9, 1.0)
 #: Iterations after which a solution is looked for with this part of the room as well.
 _LONG, _ROOM = 50, 0.3
