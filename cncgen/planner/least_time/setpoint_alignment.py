@@ -37,7 +37,8 @@ _PARTS = np.array([0.0, 0.25, 0.5, 0.75])
 
 
 #: Times of the start that are tried within the first period; how often the interval between two of them is halved; and the length
-#: of a motion in periods from which the choice is not made, as less than one period of it no longer matters.
+#: of a motion in periods from which the choice is not made, as less than one period of it no longer matters. Where all start at once,
+#: four of 126 random programs take 0.7 to 1.7 % longer.
 _STARTS, _HALVINGS, _SHORT = 16, 8, 100.0
 
 
