@@ -153,3 +153,24 @@ def test_parts_follow_each_other(start: float, end: float, knee: float) -> None:
     radius = np.abs(start + (end - start) * np.concatenate([[0.0], until]))
     high, low = np.maximum(radius[1:], radius[:-1]), np.minimum(radius[1:], radius[:-1])
     assert np.all((high <= max(knee, 0.01) * (1 + 1e-9)) | (high <= 1.05 * low * (1 + 1e-9)))
+
+
+@pytest.mark.parametrize(
+    ("dialect", "head"),
+    [("fanuc-lathe", "G21 G99\nG50 S3000\n"), ("sinumerik", "G71 G18 G90 DIAMON\nLIMS=3000\n")],
+)
+def test_g97_keeps_the_speed_and_g96_takes_the_surface_speed_up_again(dialect: str, head: str) -> None:
+    """SINUMERIK: without a new S, "the last speed set with G96 is retained", and S of a further G96 "is optional"; so FANUC."""
+    text = (
+        "G96 S200 M3\nG0 X40. Z5.\nG97\nG1 X20. Z-30. F.2\nG97 S500\nG1 Z-40.\nG0 X40.\nG96\nG1 Z-50.\nM30\n"
+    )
+    (chunk,) = (program := cncgen.read_text(head + text, dialect=dialect)).chunks()
+    assert not program.diagnostics.has_errors, list(program.diagnostics)
+    turning = F * V / (2.0 * math.pi * 20.0)
+    assert chunk.feed[cuts(chunk)] == pytest.approx([turning, F * 500.0 / 60.0, turning], rel=1e-12)
+
+
+def test_linuxcnc_takes_the_number_of_s_on() -> None:
+    """As its interpreter does: S is one number, in G97 the revolutions a minute."""
+    chunk = toolpath("G96 S200\nG0 X20\nG97\nG1 Z-10\n")
+    assert chunk.feed[cuts(chunk)] == pytest.approx([F * 200.0 / 60.0], rel=1e-12)

@@ -148,10 +148,27 @@ def constant_surface(ip: Interpreter, block: Block) -> None:
     limit = block.words.get("d", unless_given)
     if limit < 0.0:
         raise BlockError("negative-speed", f"D{limit:g} of G96 is negative", "D")
-    if "s" not in block.words:
+    again = _surface_again(ip) if "s" not in block.words else None
+    if "s" not in block.words and again is None:
         message = "G96 has no surface speed"
         raise BlockError("speed-missing", message, "G96", hint="give it as S in the same block")
     bound_surface_speed(ip, limit, max(spindle_of(ip, block), 0))
+    if again is not None:
+        _take_speed(ip, again)
+
+
+def _surface_again(ip: Interpreter) -> float | None:
+    """Return the surface speed that G96 without S takes up again (FANUC, SINUMERIK), None where there was none."""
+    if ip.dialect == "linuxcnc":
+        return None
+    return ip.state.surface_speed if ip.state.constant_surface is None else ip.state.speed
+
+
+def _take_speed(ip: Interpreter, speed: float) -> None:
+    """Set S of the first spindle to what the control makes it."""
+    ip.state.speed = speed
+    ip.sink.set_spindle(speed, ip.state.direction or ip.state.driven)
+    ip.sink.call(f"SET_SPINDLE_SPEED(0, {speed:.4f})", _event(ip, False))
 
 
 def bound_surface_speed(ip: Interpreter, limit: float, spindle: int = 0) -> None:
@@ -164,10 +181,21 @@ def bound_surface_speed(ip: Interpreter, limit: float, spindle: int = 0) -> None
 
 
 def constant_revolutions(ip: Interpreter, block: Block) -> None:
-    """G97: S is rev/min."""
-    ip.state.constant_surface = None
+    """G97: S is rev/min. Without S the spindle keeps the speed that G96 gave it last; LinuxCNC takes the number of S on.
+
+    "In the absence of a new spindle speed being specified, the last speed set with G96 is retained" (SINUMERIK ONE, Fundamentals,
+    "Constant cutting rate"); FANUC converts the surface speed, too, and keeps it for the next G96.
+    """
+    state = ip.state
+    kept = state.constant_surface is not None and ip.dialect != "linuxcnc"
+    speed = turns_a_minute(state)
+    if kept:
+        state.surface_speed = state.speed
+    state.constant_surface = None
     ip.sink.set_surface_speed(None)
     ip.sink.call(f"SET_SPINDLE_MODE({max(spindle_of(ip, block), 0)} {0.0:.4f})")
+    if kept and "s" not in block.words:
+        _take_speed(ip, speed)
 
 
 CODES = (

@@ -167,12 +167,13 @@ def _surface(motions: Motions, code: int, words: Words) -> None:
         motions.emit({}, (970,))
         return
     speed = words.named.pop("S", words.named.pop(f"S{motions.master}", None))
-    if speed is None:
-        if state.constant_surface is None:
+    if speed is not None:
+        motions.emit({"s": speed[1]}, (960,))
+    elif state.constant_surface is None:
+        if state.surface_speed is None:
             message = f"G{code} has no S"
             raise BlockError("speed-missing", message, f"G{code}", hint="G96 S200 is 200 m a minute")
-        return
-    motions.emit({"s": speed[1]}, (960,))
+        motions.emit({"s": state.surface_speed}, (960,))
 
 
 def _pole(motions: Motions, code: int, words: Words) -> None:

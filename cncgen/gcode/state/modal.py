@@ -68,6 +68,7 @@ class State:
         speed, direction: Spindle: S in rev/min, 1 clockwise, -1, 0 at rest.
         driven: An M code of the machine's builder has started a driven tool with S, while the spindle rests.
         constant_surface: Largest speed of G96 (0: none given), or None in G97.
+        surface_speed: S of the last G96 that G97 ended, or None.
         path_mode, tolerance: G61, G61.1, G64 P (None: not given).
         naive: Tolerance of G64 Q.
         retract_old: G98 (else G99).
@@ -107,6 +108,7 @@ class State:
     direction: int = 0
     driven: bool = False
     constant_surface: float | None = None
+    surface_speed: float | None = None
     path_mode: PathMode = PathMode.CONTINUOUS
     tolerance: float | None = None
     naive: float | None = None
