@@ -85,3 +85,20 @@ def test_an_offset_that_may_be_a_diameter_is_noted(run: Any, text: str, said: in
     """In diameter mode (setting 40) Haas's controls halve it (Haas mill operator's manual, G141)."""
     found = run(f"{text}\nM30", dialect="fanuc").diagnostics
     assert [(d.severity.value, d.code) for d in found].count(("note", "offset-radius")) == said
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("T1 M6\nG43 G0 Z10.", 1),
+        ("T1 M6\nG41 G1 X20. F100.\nY20.\nG40 X0", 1),
+        ("T1 M6\nG43 H1 G0 Z10.\nG49\nG43 Z5.", 0),
+        ("T1 M6\nG41 D1 G1 X20. F100.\nY20.\nG40 X0\nG41 X20.\nY0\nG40 X0", 0),
+        ("T1 M6\nG43 H0 G0 Z10.", 0),
+    ],
+)
+def test_an_offset_that_no_number_names_is_a_guess(run: Any, text: str, said: int) -> None:
+    """A control goes on with the last H and D, or with none."""
+    out = run(f"{text}\nM30", dialect="fanuc")
+    assert out.errors == []
+    assert [str(d.severity) for d in out.diagnostics if d.code == "offset-number"] == ["note"] * said

@@ -7,7 +7,7 @@ from functools import partial
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.table import COMPENSATION, INTERRUPTS, STRICT_COMPENSATION, TOOL_POINT, Code
-from cncgen.gcode.codes.tools import known, tell_unknown, whole
+from cncgen.gcode.codes.tools import known, of_the_spindle, tell_unknown, whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import PLAIN_MOTIONS, Stage, in_plane
 
@@ -159,7 +159,7 @@ def radius_number_in_force(ip: Interpreter, block: Block, name: str) -> int:
     if number is not None:
         ip.state.radius_number = number
     number = ip.state.radius_number
-    return ip.state.tool if number is None else number
+    return of_the_spindle(ip, name, "D") if number is None else number
 
 
 def radius_number(ip: Interpreter, block: Block) -> None:

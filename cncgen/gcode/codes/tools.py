@@ -187,7 +187,16 @@ def number_in_force(ip: Interpreter, block: Block, name: str) -> int:
     if "h" in block.words:
         ip.state.length_number = whole(block, "h", name)
     number = ip.state.length_number
-    return ip.state.tool if number is None else number
+    return of_the_spindle(ip, name, "H") if number is None else number
+
+
+def of_the_spindle(ip: Interpreter, name: str, letter: str) -> int:
+    """Return the tool in the spindle, whose offset a FANUC program means that has named none; a note says so."""
+    if ip.state.tool and not ip.lathe:
+        message = f"{name} has no {letter}, and none stood before it: the offset of tool {ip.state.tool}, which is in the spindle, is taken"
+        hint = f"a control goes on with the {letter} of the program before, or with {letter}0"
+        ip.warn_once(BlockError("offset-number", message, name, hint=hint), Severity.NOTE)
+    return ip.state.tool
 
 
 def _length_fanuc(ip: Interpreter, block: Block, code: int) -> None:
