@@ -9,6 +9,8 @@ from typing import Any
 
 import pytest
 
+from cncgen.toolpath.record import Kind
+
 Run = Callable[..., Any]
 
 
@@ -136,6 +138,19 @@ def test_names_of_variables_for_the_screen(run: Run) -> None:
     assert out.errors == []
     assert out.path.end[out.path.kind < 3][-1, 0] == 3
     assert not any(event.values.get("print") for event in out.path.events)
+
+
+@pytest.mark.parametrize(("dialect", "last"), [("fanuc-lathe", "spindle"), ("linuxcnc", "motion")])
+def test_the_spindle_of_fanuc_stops_behind_the_motion_of_its_block(run: Run, dialect: str, last: str) -> None:
+    """A feed per revolution beside M5 has a spindle that turns; in LinuxCNC's order of execution M5 comes first."""
+    feed = "G99 G97" if dialect == "fanuc-lathe" else "G94 F100"
+    out = run(f"G21 G18 {feed} S500 M3\nG0 X50. Z2.\nG1 X52. F.2 M5\nM30", dialect=dialect)
+    assert out.errors == []
+    rows = [
+        out.path.events[int(at)].name if kind == Kind.EVENT else "motion"
+        for kind, at in zip(out.path.kind, out.path.curve, strict=True)
+    ]
+    assert [row for row in rows if row in ("spindle", "motion")][-1] == last
 
 
 def test_spindles_in_step_of_haas(run: Run) -> None:

@@ -210,7 +210,8 @@ CODES = (
         for row in (
             Code("M", number, "spindle", Stage.SPINDLE, partial(_powered, direction=direction), text, "$p",
                 dialects=("linuxcnc",), waits=True, restores=("direction", direction)),
-            Code("M", number, "spindle", Stage.SPINDLE, partial(_selected, direction=direction), text, "$p",
+            # The spindle of FANUC's machines stops once the motion of the block has been made.
+            Code("M", number, "spindle", Stage.SPINDLE if direction else Stage.STOP, partial(_selected, direction=direction), text, "$p",
                 dialects=("fanuc",)),
         )
     ),
