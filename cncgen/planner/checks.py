@@ -6,23 +6,14 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cncgen.diagnostics import CncgenError, Diagnostic, Diagnostics, NoPlanError, ProgramError, Span
-from cncgen.geometry.arcs import spirals
-from cncgen.geometry.extents import arc_extents, hulls, nurbs_extents
-from cncgen.geometry.tables import ArcTable
+from cncgen.diagnostics import CncgenError, Diagnostic, Diagnostics, NoPlanError, ProgramError
 from cncgen.machine.record import Machine
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import MOST_ROWS
+from cncgen.planner.travel import Travel, span_of
 from cncgen.toolpath.gate import beyond_numbers
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
-from cncgen.units import file_unit, to_file
-
-Floats = NDArray[np.float64]
-
-#: A place is beyond the travel by more than this, mm or rad: the ninth decimal of a setpoint.
-_ROUNDING = 1e-9
 
 
 def checked(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) -> Iterator[Toolpath]:
@@ -41,6 +32,7 @@ def checked(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) 
     found = Diagnostics()
     error: type[CncgenError] = NoPlanError
     missing: set[str] = set()
+    travel = Travel(machine)
     for chunk in chunks:
         if not len(chunk):
             empty = empty or chunk
@@ -51,13 +43,12 @@ def checked(chunks: Iterable[Toolpath], machine: Machine, options: PlanOptions) 
         if unplanned:
             error = ProgramError
         if not beyond:
-            if not started:
-                _start_beyond_travel(chunk, machine, found)
-            _beyond_travel(chunk, machine, found)
+            travel.add(chunk)
             _endless(chunk, machine, found)
         started = True
-        if not found.has_errors:
+        if not (found.has_errors or travel.is_left):
             yield _with_tolerance(chunk, machine, options)
+    travel.tell(found)
     if found.has_errors:
         raise error(found)
     if empty is not None and not started:
@@ -104,69 +95,11 @@ def _missing_axes(chunk: Toolpath, machine: Machine, known: set[str]) -> list[Di
                 Diagnostic(
                     "axis-missing",
                     f"the program moves axis {letter}, which machine {machine.name} does not have",
-                    span=_span(chunk, int(rows[0])),
+                    span=span_of(chunk, int(rows[0])),
                     hint=f"its axes are {' '.join(machine.axes)}; choose another machine with --machine",
                 )
             )
     return found
-
-
-def _travel(chunk: Toolpath, machine: Machine) -> tuple[Floats, Floats]:
-    """Return the ends of the travel of each axis, each of shape (axes,); infinite without ends."""
-    axes = [machine.axes.get(letter) for letter in chunk.axes]
-    ends = [axis.travel if axis and axis.travel else (-np.inf, np.inf) for axis in axes]
-    low, high = np.array(ends).T
-    return low - _ROUNDING, high + _ROUNDING
-
-
-def _start_beyond_travel(chunk: Toolpath, machine: Machine, found: Diagnostics) -> None:
-    low, high = _travel(chunk, machine)
-    start = chunk.start
-    moves = (chunk.end != start).any(axis=0)
-    for column in np.flatnonzero(moves & ((start < low) | (start > high))):
-        hint = "say where the machine stands in a comment before the first motion: (START, X... Y...)"
-        found.add(_beyond(chunk, machine, 0, int(column), float(start[column]), "starts at", hint))
-
-
-def _beyond_travel(chunk: Toolpath, machine: Machine, found: Diagnostics) -> None:
-    """Name the lines whose motions leave the travel: the furthest place of each, on each axis."""
-    low, high = _travel(chunk, machine)
-    if not np.isfinite([low, high]).any():
-        return
-    lowest, highest = _reach(chunk, low, high)
-    under, over = low - lowest, highest - high
-    beyond = np.maximum(under, over)
-    outside = np.argwhere((beyond > 0.0) & (chunk.kind != Kind.EVENT)[:, None])
-    # A loop runs a line many times.
-    furthest: dict[tuple[int, int, int], tuple[int, int]] = {}
-    for row, column in outside.tolist():
-        key = int(chunk.source[row]), int(chunk.line[row]), column
-        if key not in furthest or beyond[row, column] > beyond[furthest[key]]:
-            furthest[key] = row, column
-    for place in furthest.values():
-        position = float(highest[place] if over[place] >= under[place] else lowest[place])
-        verb = "is sent to" if position == chunk.end[place] else "reaches"
-        found.add(_beyond(chunk, machine, *place, position, verb))
-
-
-def _reach(chunk: Toolpath, low: Floats, high: Floats) -> tuple[Floats, Floats]:
-    """Return the lowest and highest coordinates of each row, each of shape (n, axes).
-
-    Of lines the end alone (their start is the end before), of NURBS too where their hull stays between low and high.
-    """
-    lowest, highest = chunk.end.copy(), chunk.end.copy()
-    rows = np.flatnonzero(chunk.kind == Kind.ARC)
-    if len(rows):
-        table, index = chunk.arcs, chunk.curve[rows]
-        arcs = ArcTable(table.centre[index], table.normal[index], table.sweep[index])
-        lowest[rows], highest[rows] = arc_extents(spirals(arcs, chunk.starts[rows], chunk.end[rows]))
-    rows = np.flatnonzero(chunk.kind == Kind.NURBS)
-    if len(rows):
-        bottom, top = hulls(chunk.nurbs)
-        leaves = np.any((bottom < low) | (top > high), axis=1)
-        for row in rows[np.take(leaves, chunk.curve[rows])]:
-            lowest[row], highest[row] = nurbs_extents(chunk.nurbs, int(chunk.curve[row]))
-    return lowest, highest
 
 
 def _endless(chunk: Toolpath, machine: Machine, found: Diagnostics) -> None:
@@ -193,28 +126,8 @@ def _endless(chunk: Toolpath, machine: Machine, found: Diagnostics) -> None:
                 "motion-endless",
                 f"{'the dwell' if stands[row] else f'the motion of {length[row]:.4g} mm'} takes {seconds[row]:.4g} s at least, more than {MOST_ROWS:.0e} setpoints "
                 f"every {1e3 * machine.period_s:g} ms",
-                span=_span(chunk, row),
+                span=span_of(chunk, row),
                 hint="look at its feed, its length and, of an arc, its number of turns",
                 values={"time_s": float(seconds[row])},
             )
         )
-
-
-def _beyond(
-    chunk: Toolpath, machine: Machine, row: int, column: int, position: float, verb: str, hint: str = ""
-) -> Diagnostic:
-    letter = chunk.axes[column]
-    travel = machine.axes[letter].travel or (-np.inf, np.inf)
-    scale, unit = to_file(letter), file_unit(letter)
-    low, high = (end * scale for end in travel)
-    return Diagnostic(
-        "travel-exceeded",
-        f"axis {letter} {verb} {position * scale:.4f} {unit}, beyond its travel of {low:g} to {high:g} {unit}",
-        span=_span(chunk, row),
-        hint=hint,
-        values={"axis": letter, "value": position * scale, "low": low, "high": high},
-    )
-
-
-def _span(chunk: Toolpath, row: int) -> Span:
-    return Span(chunk.sources[int(chunk.source[row])], int(chunk.line[row]))

@@ -78,11 +78,46 @@ def test_all_chunks_are_read_for_their_faults(lines: Callable[..., Toolpath], ta
     """
     machine = replace(table, axes={"X": replace(table.axes["X"], travel=(-10.0, 10.0))})
     far = lines([(0, 0), (20, 0)])
-    chunks = [far, lines([(20, 0), (0, 0)]), lines([(0, 0), (0, 5)]), lines([(0, 5), (0, 0)]), far]
+    again = replace(far, line=far.line + 7)
+    chunks = [far, lines([(20, 0), (0, 0)]), lines([(0, 0), (0, 5)]), lines([(0, 5), (0, 0)]), again]
     yielded = []
     with pytest.raises(ProgramError) as caught:
         yielded.extend(checked(chunks, machine, PlanOptions()))
-    codes = [fault.code for fault in caught.value.diagnostics]
+    found = [(fault.code, fault.span.line) for fault in caught.value.diagnostics if fault.span]
     # The second chunk starts where the first one ended, and goes back.
-    assert codes == ["travel-exceeded", "axis-missing", "travel-exceeded"]
+    assert found == [("axis-missing", 1), ("travel-exceeded", 1), ("travel-exceeded", 8)]
     assert yielded == []
+
+
+def travel_faults(text: str) -> list[tuple[int, str]]:
+    """Return line and message of what a program does beyond the travel of the X-Y table, −500 to 500 mm."""
+    with pytest.raises(NoPlanError) as caught:
+        list(cncgen.plan(cncgen.read_text(text, "far.nc"), "xy-table"))
+    return [(fault.span.line, fault.message) for fault in caught.value.diagnostics if fault.span]
+
+
+def test_what_leaves_the_travel_and_comes_back_is_one_fault() -> None:
+    """Three motions of X beyond its travel, two of Y among them, and X once more: a fault each, with the furthest place."""
+    rows = ["X510", "X530 Y-501", "X520 Y-502", "X0", "Y0", "X-600", "X0"]
+    assert travel_faults("G21 G90 F3000\n" + "".join(f"G1 {row}\n" for row in rows) + "M2\n") == [
+        (2, "axis X is sent to 530.0000 mm (line 3), beyond its travel of -500 to 500 mm; 3 motions from here on are beyond it"),
+        (7, "axis X is sent to -600.0000 mm, beyond its travel of -500 to 500 mm"),
+        (3, "axis Y is sent to -502.0000 mm (line 4), beyond its travel of -500 to 500 mm; 3 motions from here on are beyond it"),
+    ]  # fmt: skip
+
+
+def test_an_excursion_goes_on_over_chunks_and_events() -> None:
+    """20,000 motions at X600, more than a chunk of reading has, with a stop of the spindle among them; the first Y0 is none."""
+    rows = "".join(f"G1 Y{k % 7}\n" for k in range(10_000))
+    ((line, told),) = travel_faults(f"G21 G90 F3000\nG1 X600\n{rows}M5\n{rows}G1 X0\nM2\n")
+    assert line == 2
+    wanted = "axis X is sent to 600.0000 mm, beyond its travel of -500 to 500 mm"
+    assert told == f"{wanted}; 20000 motions from here on are beyond it"
+
+
+def test_excursions_beyond_the_kept_ones_are_counted() -> None:
+    """1,500 ways out and back: 1,000 are named."""
+    rows = "".join(f"G1 X{501 + k}\nG1 X0\n" for k in range(1500))
+    with pytest.raises(NoPlanError) as caught:
+        list(cncgen.plan(cncgen.read_text(f"G21 G90 F3000\n{rows}M2\n"), "xy-table"))
+    assert (len(caught.value.diagnostics), caught.value.suppressed) == (1000, 500)

@@ -107,7 +107,6 @@ def test_missing_axes_and_travel_are_named(lines: Callable[..., Toolpath], table
         ("axis-missing", 2),
         ("travel-exceeded", 1),
         ("travel-exceeded", 2),
-        ("travel-exceeded", 2),
     ]
 
 
