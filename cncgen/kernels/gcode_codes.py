@@ -35,7 +35,7 @@ MACRO_PARAMETERS = dict(
     zip("abcijkdefhmqrstuvwxyz", (1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 13, *range(17, 27)), strict=True)
 )
 LITERALS |= {"ifix[": LITERALS["fix"], "ifup[": LITERALS["fup"]}
-#: Operations: those that leave a value first.
+#: Operations; the first ones leave a value.
 OPERATIONS = _counted(
     "END NUMBER STORED BINARY NEGATIVE FUNCTION ARC_TANGENT NAME NAMED PARAMETER ELEMENT WORD SET SET_STORED SET_NAMED SET_VARIABLE SET_ELEMENT "
     "COMMENT FLOW THEN JUMP SLOPE EXISTS EXISTS_NAMED MESSAGE INCREMENTS OUTPUT"

@@ -49,7 +49,7 @@ class Instructions:
         called: The code by which the line calls a program or ends it; 0 for none.
         arguments: How many values an O-word has, on the stack from `depth` on.
         holds: Whether the condition of a macro's jump does.
-        counter: What a jump of a language counts in.
+        counter: The variable in which a jump of a language counts.
     """
 
     def __init__(self, text, parser, store, columns, waits, meant, frames, macros):
@@ -98,7 +98,7 @@ class Instructions:
                     if operation == NUMBER
                     else _value(self, operation, operand)
                 )
-                # What is vacant is no value.
+                # A vacant variable has no value.
                 certain = value == value and self.depth < _STACK
                 if certain:
                     self.stack[self.depth] = value

@@ -1,6 +1,6 @@
 """Run lines of G-code as `gcode_parse` has compiled them: expressions, parameters and settings, O-words, blocks into columns.
 
-A line is parsed once, by the tables of the grammar, and kept as instructions; loops and calls run those. What is not certain ends a run,
+A line is parsed once, by the tables of the grammar, and kept as instructions; loops and calls run those. An uncertain line ends a run,
 and is the interpreter's.
 
     offset of a line ──► row of `gcode_lines.Lines` ──► `gcode_instructions` ─┬► words: a block in the columns

@@ -77,7 +77,7 @@ class LanguageCode(Code):
     """The code of lines of a language; `flags` has `SAYS` and the letters of a line's words.
 
     Args:
-        fixed: Letters behind which digits are of the shape of a line: those that choose its code.
+        fixed: Letters whose digits are of the shape of a line, since they choose its code.
         tables: A module of tables (``grammars/tables_*.py``).
         terminals: The terminals of lines that are taken.
         leading: The terminals of jumps, and of what they lead to: of lines that are taken where jumps are followed.

@@ -6,7 +6,7 @@ Constant jerk j over an interval of length h takes from (v₀, a₀) to (v₁, a
     T = 2 h / (m + (m² − g h/3)^½),
 
 and the tangents of q = v² at its ends, of slopes 2 a₀ and 2 a₁, meet at the way l = h/2 − (v₁ − v₀) T/12. That way is not known before the
-motion is. So `settle` takes it from the iterate, as `least_time_between` takes the shares; what it changes shrinks with the steps.
+motion is. So `settle` takes it from the iterate, as `least_time_between` takes the shares; the changes shrink with the steps.
 
 `least_time` calls these functions as C (``least_time_ways.pxd``).
 """

@@ -1,7 +1,7 @@
 """Travel of the axes: where a program's motions leave it, at their ends or along curves.
 
-What leaves the travel and comes back is one excursion, however many motions it takes: a work offset that was forgotten is one fault, not
-one of each line that follows.
+Motions beyond the travel, from the one that leaves it to the one that comes back, are one excursion: a work offset that was forgotten is
+one fault, not one of each line that follows.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class _Excursion:
 class Travel:
     """The excursions of a program, found in one chunk after another.
 
-    Those that begin on one line are one: a loop runs it many times.
+    Excursions that begin on the same line are one: a loop runs it many times.
     """
 
     def __init__(self, machine: Machine) -> None:

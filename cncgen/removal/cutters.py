@@ -15,7 +15,7 @@ from cncgen.removal.record import Cutter, Insert
 FORMS = "flat:D, ball:D, bull:D,R, drill:D,POINT, chamfer:D,ANGLE[,TIP]; of a lathe turn:NOSE[,TRAILING], groove:WIDTH[,NOSE]"
 #: Point angle of a drill where none is given, degrees.
 POINT = 118.0
-#: The sizes of each form, as values of a ``tool`` event: those that must be given, those that may be, and what the form implies.
+#: The sizes of each form, as values of a ``tool`` event: required, optional, and implied by the form.
 _SIZES: dict[str, tuple[list[str], list[str], dict[str, Any]]] = {
     "flat": (["diameter_mm"], [], {}),
     "ball": (["diameter_mm"], [], {}),

@@ -115,7 +115,7 @@ class Computing:
         before = computer.blocks = plain.count
         computer.since = since
         ip = self._control.ip
-        # What a line hands on to the next one is not told of calls.
+        # Calls do not tell what a line hands on to the next one.
         computer.calls = not (ip.lathe or ip.guard or ip.skipping or ip.rewrite)
         if here.source == 0:
             computer.reached, computer.reached_line = reached.offset, reached.line

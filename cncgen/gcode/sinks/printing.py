@@ -123,7 +123,7 @@ class PrintingSink:
         self.call(f"RIGID_TAP({end[0]:.4f}, {end[1]:.4f}, {end[2]:.4f})")
 
     def _nothing(self, *told: float | Point | None) -> None:
-        """Print nothing: what it says is printed by other calls."""
+        """Print nothing: other calls print it."""
 
     synchronise = set_spindle = set_surface_speed = place = _nothing
 

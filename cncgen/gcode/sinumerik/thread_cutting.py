@@ -22,7 +22,7 @@ _OFF = 1.0
 
 @dataclass(frozen=True, slots=True)
 class _Job:
-    """What CYCLE99 makes of a thread, and how far the tool leaves it, 0 for the usual distance."""
+    """The parts of a thread that CYCLE99 makes, and how far the tool leaves it, 0 for the usual distance."""
 
     roughs: bool = True
     finishes: bool = True

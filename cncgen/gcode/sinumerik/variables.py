@@ -67,7 +67,7 @@ class Store:
         self.scopes: list[dict[str, Variable]] = [{}]
         #: Where the last motion with MEAS ended, in the program's coordinates and in the machine's.
         self.touched: tuple[list[float], list[float]] | None = None
-        #: What the program has set of the outputs and of the data that it shares with the PLC, by name and number.
+        #: Outputs, and data shared with the PLC, that the program has set, by name and number.
         self._sent: dict[tuple[str, Scalar], Scalar] = {}
 
     def define(self, kind: str, name: str, bounds: tuple[int, ...], values: list[Scalar]) -> None:

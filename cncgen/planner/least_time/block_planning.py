@@ -39,8 +39,8 @@ def smooth_blocks(
 ) -> Iterator[tuple[Toolpath, SpeedCap | None]]:
     """Yield consecutive stretches of a program, smoothed within their tolerances, in blocks.
 
-    They have a cap only where the tolerance is so narrow that smoothing and chords have to share it. What `seen` is handed has speeds
-    in place of the times of G93.
+    They have a cap only where the tolerance is so narrow that smoothing and chords have to share it. `seen` is handed speeds in place
+    of the times of G93.
     """
     steady = seen(paced(chunks, lambda axes: AxisLimits.of(machine, axes)))
     for block in blocks(smooth(steady, machine), FIRST, MOST):

@@ -384,8 +384,8 @@ def _concealed(
 ) -> tuple[Floats, Ints]:
     """Return by how much |x'''| within an interval may exceed what its three values show, shape (n, axes), and the intervals that bulge.
 
-    The kernel takes x'' and x''' as quadratics over an interval. The path is evaluated at the quarter points too. What x''' differs
-    there from the quadratic is the first result, times `_EXCESS`. An interval bulges where what x'' differs by may take more than `_BULGE`
+    The kernel takes x'' and x''' as quadratics over an interval. The path is evaluated at the quarter points too. The first
+    result is the difference of x''' from the quadratic there, times `_EXCESS`. An interval bulges where what x'' differs by may take more than `_BULGE`
     of the acceleration of an axis, as between the nodes of a curve on which a slow axis turns back. Intervals beside a rest are left
     out: v³ grows as s² there, and at a rest in a cusp x''' is rounding.
 
