@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -138,6 +139,52 @@ def test_motions(run: Any, tmp_path: Path, name: str) -> None:
     out = outcome(run, tmp_path, text)
     assert out.errors == []
     assert ends(out.path.end[out.path.kind < 3][:, :3]) == ends(expected)
+
+
+#: Functions that act at the beginning of their block (M3 M4 M8 M13 M14), and at its end (M5 M6 M9), before a stop and the end of the program.
+#: (TNC 155, "M-functions which affect program run")
+TURNS = {
+    "L X+1 F100 M13\nL X+2 M5\nL X+3 M9": "START_SPINDLE_CLOCKWISE FLOOD_ON X1 X2 STOP_SPINDLE_TURNING X3 MIST_OFF FLOOD_OFF",
+    "L X+1 F100 M14\nL X+2 M9 M30": "START_SPINDLE_COUNTERCLOCKWISE FLOOD_ON X1 X2 MIST_OFF FLOOD_OFF",
+    "L X+1 F100 M8\nL X+2 M5 M0": "FLOOD_ON X1 X2 STOP_SPINDLE_TURNING PROGRAM_STOP",
+    "L X+1 F100\nL X+2 M6": "X1 X2 STOP_SPINDLE_TURNING",
+    "CC X+5 Y+0\nCP IPA+180 DR+ F100 M9": "X10 MIST_OFF FLOOD_OFF",
+    "L X-5 F100\nCT X+2 Y+9 M5": "X-5 X2 STOP_SPINDLE_TURNING",
+    "APPR LT X+0 Y+0 LEN5 RL F100 M13\nL Y+9\nDEP LT LEN5 M9": "START_SPINDLE_CLOCKWISE FLOOD_ON X-2 X-2 X-2 X-2 MIST_OFF FLOOD_OFF",
+}
+
+
+@pytest.mark.parametrize("text", TURNS)
+def test_spindle_and_coolant_stop_behind_the_motion_of_their_block(
+    calls: Any, tmp_path: Path, text: str
+) -> None:
+    table = tmp_path / "tools.tbl"
+    table.write_text("T1 P1 D4\n")
+    found = calls(f"{HEAD}{text}{TAIL}", dialect="heidenhain", tool_table=table)
+    pattern = re.compile(
+        r"(?:STRAIGHT_FEED|STRAIGHT_TRAVERSE|ARC_FEED)\((-?\d+)|((?:START|STOP)_SPINDLE\w+|FLOOD_O\w+|MIST_O\w+|PROGRAM_\w+)"
+    )
+    turns = [f"X{m[1]}" if m[1] else m[2] for call in found for m in [pattern.match(call)] if m]
+    begin = turns.index("STOP_SPINDLE_TURNING") + 1 if "STOP_SPINDLE_TURNING" in turns[:1] else 0
+    expected = TURNS[text].split()
+    assert turns[begin : begin + len(expected)] == expected
+
+
+@pytest.mark.parametrize("declared", ["DECLARE STRING ", ""])
+def test_a_parameter_of_text_names_a_tool(calls: Any, tmp_path: Path, declared: str) -> None:
+    table = tmp_path / "tools.tbl"
+    table.write_text("T1 P1 D4\nT7 P5 D6.8 ; DRILL_6.8\n")
+    text = f'{declared}QS1 = "DRILL_6.8"\nTOOL CALL QS1 Z S2800'
+    found = calls(HEAD + text + TAIL, tool_table=table)
+    assert [call for call in found if "CHANGE_TOOL" in call][-1] == "CHANGE_TOOL(2)"
+
+
+def test_a_cycle_is_called_at_the_end_of_a_departure(run: Any, tmp_path: Path) -> None:
+    """M99 behind DEP, whose R0 counts for the place: a hole at its end."""
+    text = f"{DRILL}L X-30 F100\nAPPR LT X+0 Y+0 LEN15 RL\nL Y+10\nDEP LT LEN5 M99"
+    out = outcome(run, tmp_path, text)
+    assert out.errors == []
+    assert ends(out.path.end[out.path.kind < 3][-3:, :3]) == [(-2, 15, 2), (-2, 15, -10), (-2, 15, 20)]
 
 
 @pytest.mark.parametrize("kind", [0, 1])

@@ -36,6 +36,8 @@ if TYPE_CHECKING:
             """Return the line of a number in the text."""
 
 
+#: M codes that precede the motion of their block, by the language: M5 and M9 follow it in Heidenhain's.
+_M_CODES = {"heidenhain": (3, 4, 7, 8), "sinumerik": (3, 4, 5, 7, 8, 9)}
 NO_CYCLES: frozenset[int] = frozenset()
 #: Returns the line to which a line leads, None where that is not certain; and what `LanguageStore.lead` takes.
 Lead = Callable[[int], int | None]
@@ -152,7 +154,7 @@ class PlainLane:
             code.follow()
             computer = self._computers[source] = Computer(
                 self._sources[source].bytes, code, LanguageStore(self._numbers, PARAMETERS[self._name], self._scopes),
-                self.blocks.columns(), _waits, PAUSE,
+                self.blocks.columns(), _waiting(_M_CODES[self._name]), PAUSE,
             )  # fmt: skip
         return computer
 
@@ -205,6 +207,6 @@ def _leads(lines: _Runs, lead: Lead, apart: Container[int]) -> Leads:
     return leads
 
 
-def _waits(letter: str, number: int) -> bool:
-    """Tell whether a block with a code may wait: motions, spindle and coolant."""
-    return number in ((0, 1, 2, 3) if letter == "G" else (3, 4, 5, 7, 8, 9))
+def _waiting(m_codes: tuple[int, ...]) -> Callable[[str, int], bool]:
+    """Return what tells whether a block with a code may wait: motions, spindle and coolant."""
+    return lambda letter, number: number in ((0, 1, 2, 3) if letter == "G" else m_codes)

@@ -11,7 +11,7 @@ from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.klartext import contours, free_contours
-from cncgen.gcode.klartext.executing import Execution
+from cncgen.gcode.klartext.executing import Execution, in_order
 from cncgen.gcode.klartext.program_text import UNREAD, Frame
 from cncgen.gcode.sinks.sink import Point
 from cncgen.gcode.text import plain_language
@@ -80,14 +80,20 @@ class ContourLines(Execution):
         """APPR and DEP."""
         kind, form, words = statement.data
         way = contours.way_of(kind, form, words, self._now)
+        functions = self._block(at, plain_language.meant(way.functions))
+        called = self._calls(functions)
+        first, *late = in_order(functions, moves=True)
         here = self._here(at)
         self._execute(here)
+        self._execute(first)
         if way.kind == "APPR":
             contours.approach(self.ip, way, here, self._leads(at))
         else:
             contours.departure(self.ip, way, here)
-        if way.m:
-            self._execute(self._here(at, m=tuple(way.m)))
+        for part in late:
+            self._execute(part)
+        if called:
+            self._call_cycle(at, here)
 
     def _leads(self, at: int) -> Callable[[Point], complex | None] | None:
         """Return what gives the direction in which the first element behind APPR leaves a point, past corners and poles, which are taken."""

@@ -90,7 +90,7 @@ _SIDES = {"R0": 0, "RL": 1, "RR": -1}
 @dataclass(slots=True)
 class ContourWay:
     """APPR or DEP: form (LT LN CT LCT), values by name, side (1 left, -1 right, 0 none), feed or
-    that of TOOL CALL, M functions."""
+    that of TOOL CALL, words of M functions."""
 
     kind: str
     form: str
@@ -98,7 +98,7 @@ class ContourWay:
     side: int | None
     feed: float | None
     called: bool = False
-    m: list[int] = field(default_factory=list)
+    functions: list[Raw] = field(default_factory=list)
 
     def value(self, name: str) -> float:
         """Return a value that the way needs."""
@@ -121,7 +121,7 @@ def way_of(kind: str, form: str, words: Sequence[Raw], now: Callable[[Value], fl
         elif name == "F":
             way.feed = now(value)
         elif name == "M":
-            way.m.append(round(10.0 * now(value)))
+            way.functions.append((name, value))
         elif name not in ("FMAX", ""):
             message = f"{name} does not belong to {kind}"
             raise BlockError("syntax", message, kind, hint=f"{kind} LT X+10 Y+5 LEN15 RL F200")

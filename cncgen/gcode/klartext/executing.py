@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any
@@ -27,8 +27,9 @@ OF_PARAMETERS = 200
 #: The hint where a file is missing.
 INCLUDE = "--include adds a folder to the search path"
 _ARCS = (Own.CIRCLE, Own.RADIUS_ARC, Own.POLAR_ARC)
-#: M2 and M30.
-_ENDS = (20, 300)
+#: M functions that act at the end of their block (TNC 155, "M-functions which affect program run"), one lot after another: M5, M6 and M9
+#: (M13 and M14, M3, M4 and M8 act at its beginning), M0 and M1, M2 and M30.
+_AT_THE_END = (50, 60, 90), (0, 10), (20, 300)
 
 
 class _ToolFeed:
@@ -166,23 +167,14 @@ class Execution(ProgramText):
         orientation.take(self.ip, block, marks)
         contours.lengthen(self.ip, block, marks)
         usual = contours.plunge(self.ip, block, self._plunge)
-        called = Own.CYCLE_CALL in block.g
-        if called:
-            block.g = tuple(number for number in block.g if number != Own.CYCLE_CALL)
-            Plain.of(self.ip).modal = False
+        called = self._calls(block)
         self._change_side(block, "R0" in marks)
-        moves = not (
-            AXIS_INDEX.keys().isdisjoint(block.words) and {*_ARCS, Own.POLAR_LINE}.isdisjoint(block.g)
-        )
+        moves = _moves(block)
         if moves:
             block.words |= self._corner_after(at)
-        ends = tuple(number for number in block.m if number in _ENDS) if 0 in block.m else ()
-        block.m = tuple(number for number in block.m if number not in ends)
         for part in orientation.between(self.ip, block):
             self._move(part)
         self._move(block)
-        if ends:  # STOP M30: the program waits, and then ends
-            self._execute(block.beside({}, (), ends[:1]))
         if usual is not None:
             self._execute(block.beside({"f": usual}))
         if moves and self._is_free:
@@ -191,6 +183,14 @@ class Execution(ProgramText):
             self._tell_tool()
         if called or (Plain.of(self.ip).modal and moves):
             self._call_cycle(at, block)
+
+    def _calls(self, block: Block) -> bool:
+        """Tell whether M99 calls the cycle at the end of a block, which ends M89, and take it out."""
+        called = Own.CYCLE_CALL in block.g
+        if called:
+            block.g = tuple(number for number in block.g if number != Own.CYCLE_CALL)
+            Plain.of(self.ip).modal = False
+        return called
 
     def _corner_after(self, at: int) -> dict[str, float]:
         """Return the corner that the line behind a motion puts at its end."""
@@ -249,8 +249,9 @@ class Execution(ProgramText):
         if self.ip.guard is not None:
             self.ip.base.block = block
             self.ip.guard(self.ip, block)
-        if block.words or block.g or block.m:
-            self.ip.execute(block)
+        for part in in_order(block, moves=_moves(block)) if block.m else (block,):
+            if part.words or part.g or part.m:
+                self.ip.execute(part)
 
     def _target(self, name: str) -> int:
         """Return the line of a label; raise where it stands nowhere, or several times."""
@@ -276,3 +277,20 @@ class Execution(ProgramText):
         finally:
             self._side = None
             plain.heading, plain.cycle = kept
+
+
+def _moves(block: Block) -> bool:
+    """Tell whether a block makes a motion."""
+    return not (AXIS_INDEX.keys().isdisjoint(block.words) and {*_ARCS, Own.POLAR_LINE}.isdisjoint(block.g))
+
+
+def in_order(block: Block, *, moves: bool) -> Iterator[Block]:
+    """Yield a block without what acts at its end, and that, where one block of the interpreter has another order."""
+    off, stops, ends = (tuple(number for number in block.m if number in lot) for lot in _AT_THE_END)
+    if (off and moves) or (stops and ends):
+        yield replace(block, m=tuple(number for number in block.m if number not in (*off, *stops, *ends)))
+        for lot in (off, stops, ends[:1]):
+            if lot:
+                yield block.beside({}, (), lot)
+    else:
+        yield block

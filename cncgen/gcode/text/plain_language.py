@@ -553,9 +553,14 @@ def _tool_in_spindle(p: Parameters) -> float:
 
 
 def _tool_named(name: str) -> tuple[Computed]:
-    """Return the number of the tool that the table has under a name, 0 for none."""
-    bare = name.strip('"')
-    return (lambda p: float(p.interpreter.tools.named(bare) or 0),)
+    """Return the number of the tool that the table has under a name, or under the text of a parameter QS, 0 for none."""
+
+    def numbered(p: Parameters) -> float:
+        known = p.interpreter.plain_language
+        bare = name.strip('"') if name[:1] == '"' else known.texts.get(_whole(name[2:]), "") if known else ""
+        return float(p.interpreter.tools.named(bare) or 0) if bare else 0.0
+
+    return (numbered,)
 
 
 def _cycle(head: str, rest: str | None) -> Statement:
