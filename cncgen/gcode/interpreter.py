@@ -303,15 +303,15 @@ class Interpreter:
         tool = self.tools.find(self.state.tool)
         return tool.diameter * self.table_scale() / 2.0 if tool else 0.0
 
-    def cutting_radius(self, name: str, half: float = math.inf) -> float:
+    def cutting_radius(self, name: str, half: float = math.inf, least: float = 0.0) -> float:
         """Return the radius of the tool in the spindle for a cycle that steps aside by a part of it.
 
-        Without a tool table it is 5 mm, or four fifths of half the width of a pocket or slot, with a warning.
+        Without a tool table it is 5 mm, or four fifths of half the width of a pocket or slot, but `least` at least, with a warning.
         """
         radius = self.tool_radius()
         if radius > 0.0 or self.tools_given:
             return radius
-        radius = min(_CUTTING_MM / (INCH if self.state.inches else 1.0), 0.8 * half)
+        radius = max(min(_CUTTING_MM / (INCH if self.state.inches else 1.0), 0.8 * half), least)
         message = f"{name} is worked out for a tool {2.0 * radius:g} wide: no tool table gives its diameter"
         hint = "--tool-table gives it; the loops that clear depend on it"
         self.warn_once(BlockError("tool-assumed", message, hint=hint))

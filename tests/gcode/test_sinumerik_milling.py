@@ -63,9 +63,11 @@ def test_nothing_is_left_in_a_rectangle(run: Run, length: float, width: float, s
     assert left(places, rectangle(length, width, 5.0, 20.0, 3 - 2j), 5.0) < 0.01
 
 
+@pytest.mark.parametrize("step", [9, 25])
 @pytest.mark.parametrize("radius", [6, 11, 17.5, 30])
-def test_nothing_is_left_in_a_circle(run: Run, radius: float) -> None:
-    places = cut(run, f"POCKET4(10,0,1,-5,{radius},0,0,5,0,0,500,100,0,11,9)", 5.0)
+def test_nothing_is_left_in_a_circle(run: Run, radius: float, step: float) -> None:
+    """Loops lie at most the tool's diameter apart."""
+    places = cut(run, f"POCKET4(10,0,1,-5,{radius},0,0,5,0,0,500,100,0,11,{step})", 5.0)
     wanted = rectangle(2 * radius, 2 * radius, 0.0)
     assert left(places, wanted[np.abs(wanted) <= radius], 5.0) < 0.01
 
@@ -203,3 +205,23 @@ def test_finishing_goes_along_the_wall_and_over_the_floor(run: Run) -> None:
         run(f"{TOOL.format(5.0)}{cycle.format(v)}\nM30", dialect="sinumerik").path.path.length for v in (1, 2)
     )
     assert finish < rough
+
+
+@pytest.mark.parametrize(
+    ("tool", "said", "reach"), [(5.0, "cycle-tool", 5.0), (20.0, "", 20.0), (0.0, "tool-assumed", 25.0)]
+)
+@pytest.mark.parametrize(
+    "cycle",
+    [
+        "CYCLE71(20,0,2,-2,0,0,100,120,0,2,40,0,0,500,31,0)",
+        "CYCLE61(20,0,2,-2,0,0,100,120,2,40,0,500,31,0,1,0)",
+    ],
+)
+def test_rows_that_leave_strips_are_told(run: Run, cycle: str, tool: float, said: str, reach: float) -> None:
+    """Rows 40 apart leave strips behind a tool 10 wide; where no table gives the tool, it is one of 50, of which 40 is 80 %."""
+    text = f"{TOOL.format(tool) if tool else 'T1 D1 M6' + chr(10)}{cycle}\nM30"
+    out = run(text, dialect="sinumerik")
+    assert out.errors == []
+    assert [d.code for d in out.diagnostics if d.severity == "warning"] == [said] * bool(said)
+    assert out.path.end[:, 0].min() == -reach
+    assert out.path.end[:, 0].max() == 100.0 + reach

@@ -91,8 +91,9 @@ class PocketPath(FlatCutter):
         Corners of loops that are not rounded lie farther apart than their sides, and the innermost loop has a middle of its own.
         """
         reach, step = min(self._half()), self.how.step
-        if self.how.radius > 0.0 and self.pocket.corner < min(self.pocket.length, self.pocket.width) - _TINY:
-            step = min(step, math.sqrt(2.0) * self.how.radius)
+        if self.how.radius > 0.0:
+            rounded = self.pocket.corner >= min(self.pocket.length, self.pocket.width) - _TINY
+            step = min(step, (2.0 if rounded else math.sqrt(2.0)) * self.how.radius)
         count = math.floor(reach / step + _TINY)
         hint = f"at most {MOST} are made: is the step aside too small?"
         refuse(name, (count > MOST, "cycle-tool", f"{name} makes {count} loops", hint))
@@ -185,7 +186,7 @@ def clear_bow(ip: Interpreter, bow: Bow, half: float, how: Clearing, name: str) 
     if how.radius <= 0.0 or reach < -_TINY or bow.radius < half:
         message = f"{name} is {2.0 * half:g} wide on a circle of {2.0 * bow.radius:g}, and the tool has the diameter {2.0 * how.radius:g}"
         raise BlockError("cycle-tool", message, name, hint="--tool-table gives the diameter of the tool")
-    steps = max(1, math.ceil(reach / how.step - _TINY)) if reach > _TINY else 0
+    steps = max(1, math.ceil(reach / min(how.step, 2.0 * how.radius) - _TINY)) if reach > _TINY else 0
     offsets = [reach * k / steps for k in range(1, steps + 1)] or [0.0]
     if offsets[0] > how.radius + _TINY:
         offsets.insert(0, 0.0)

@@ -244,6 +244,11 @@ _OPERATORS = {**common.OF_SINUMERIK, **_TWO, "<<": codes.JOIN}
 _UNARY = {**_ONE, "NOT": codes.NEGATED, "+": codes.PLUS}
 
 
+def _digits(value: float | None) -> str:
+    """Return a number as << writes it: a whole one in full."""
+    return f"{value:.0f}" if value is not None and value.is_integer() else f"{value:.10g}"
+
+
 class _Arithmetic(common.Arithmetic):
     """The arithmetic of numbers and texts."""
 
@@ -251,7 +256,7 @@ class _Arithmetic(common.Arithmetic):
         """Return the value of an operator on texts."""
         if operation == codes.BINARY:
             if which == codes.JOIN:
-                return "".join(value if isinstance(value, str) else f"{value:g}" for value in (a, b))
+                return "".join(value if isinstance(value, str) else _digits(value) for value in (a, b))
             if isinstance(a, str) and isinstance(b, str) and which in (codes.SAME, codes.OTHER_THAN):
                 return float((a.upper() == b.upper()) == (which == codes.SAME))
             if isinstance(a, str) or isinstance(b, str):

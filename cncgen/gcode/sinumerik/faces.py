@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.pockets import Clearing, Pocket, PocketPath
 from cncgen.gcode.codes.steps import MOST, levels_of, steps_of
-from cncgen.gcode.errors import refuse
+from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.sinumerik.cycle_modes import CORNERS, MillingModes, milled
 from cncgen.gcode.sinumerik.cycles import Hole, Values, check_plane, depth_of, filled, milling_feed
 
@@ -34,12 +34,13 @@ class _Mill(FlatCutter):
         feeds: tuple[float, float],
         origin: complex,
         angle: float,
+        aside: float = 0.0,
     ) -> None:
-        """Take the cutter in the spindle; raise where it has no radius or no feed, or the plane is not G17."""
+        """Take the cutter in the spindle, for rows so far `aside`; raise where it has no radius or no feed, or the plane is not G17."""
         check_plane(motions, name)
         super().__init__(motions.ip, origin, cmath.rect(1.0, math.radians(angle)))
         self.name, self.hole, self.angle = name, hole, angle
-        self.radius = motions.ip.cutting_radius(name)
+        self.radius = motions.ip.cutting_radius(name, least=aside / 2.0 / _USUAL_STEP)
         message = f"{name} steps aside by a part of the tool, which has no radius"
         hint = "--tool-table gives the diameter of the tool"
         refuse(name, (self.radius <= 0.0, "cycle-tool", message, hint))
@@ -86,6 +87,9 @@ def _face(
         (way not in (1, 2, 3, 4), "not-read", f"the tens of VARI of {mill.name} are {way}", "31 goes to and fro along X"),
         (count < 1 or along == 0.0, "cycle-tool", makes.format(count), hint),
     )  # fmt: skip
+    if abs(across) / count > 2.0 * mill.radius * (1.0 + 1e-9):
+        message = f"rows of {mill.name} lie {abs(across) / count:g} apart, and the tool is {2.0 * mill.radius:g} wide: strips stay between them"
+        mill.ip.warn_once(BlockError("cycle-tool", message, hint="take a smaller MIDA, or a wider tool"))
     sense = math.copysign(1.0, along)
     ends = (-sense * (mill.radius + over), along + sense * (mill.radius + over))
 
@@ -112,7 +116,7 @@ def face(motions: Motions, name: str, values: Values) -> None:
     v = [filled(values, k) for k in range(16)]
     rough, way = _kind(name, v[14])
     hole = Hole.of(motions, name, [*values[:3], depth_of(name, values)])
-    mill = _Mill(motions, name, hole, (v[13], v[13]), complex(v[4], v[5]), v[8])
+    mill = _Mill(motions, name, hole, (v[13], v[13]), complex(v[4], v[5]), v[8], v[10])
     step = v[10] or _USUAL_STEP * 2.0 * mill.radius
     _face(mill, (v[6], v[7]), step, mill.levels(v[12], v[9], rough), way, abs(v[11]))
 
@@ -134,7 +138,9 @@ def face_of_blank(motions: Motions, name: str, values: Values) -> None:
     refuse(name, (bool(unread), "not-read", message, hint))
     depth = v[1] - abs(v[3]) if mode % 10 == 1 else depth_of(name, values)
     hole = Hole.of(motions, name, [*values[:3], depth])
-    mill = _Mill(motions, name, hole, (v[11], v[11]), complex(v[4], v[5]), 0.0)
+    mill = _Mill(
+        motions, name, hole, (v[11], v[11]), complex(v[4], v[5]), 0.0, 0.0 if mode // 10 == 1 else v[9]
+    )
     rough, way = _kind(name, v[12])
     step = v[9] * (2.0 * mill.radius / 100.0 if mode // 10 == 1 else 1.0) or _USUAL_STEP * 2.0 * mill.radius
     _face(mill, (v[6], v[7]), step, mill.levels(v[10], v[8], rough), way, 0.0)

@@ -207,6 +207,7 @@ VALUES: dict[str, Callable[..., Any]] = {
     **{rule: partial(expressions.binary, name) for rule, name in _OPERATORS.items()},
     "binary": lambda a, operator, b: expressions.binary(operator.upper(), a, b),
     "compare": lambda a, operator, b: expressions.binary(operator, a, b),
+    "text_of": lambda a: expressions.binary("<<", expressions.Quoted(""), a),
     "chain": expressions.Chain,
     "jump": _jump,
     "computed_jump": _computed_jump,

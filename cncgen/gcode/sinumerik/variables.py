@@ -151,7 +151,12 @@ class Store:
         variable = self._found(name)
         if variable is None:
             message = f"{name} is not a variable, axis or word that is read"
-            raise BlockError("variable-unknown", message, name, hint=f"DEF REAL {name} defines a variable")
+            raise BlockError(
+                "variable-unknown",
+                message,
+                name,
+                hint=f"DEF REAL {name} defines a variable; axes are X Y Z A B C U V W here",
+            )
         variable.values[variable.place(name, indices)] = self._kept(variable.kind, name, value)
 
     def _system(self, name: str, indices: list[Scalar]) -> Scalar:
