@@ -44,6 +44,7 @@ MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
     "GOTO a block number": ("GOTO N30\nN20 G0 X9\nN30 G0 X1", [(1,)]),
     "GOTOC nowhere": ("GOTOC NIRGENDS\nG0 X1", [(1,)]),
     "GOTO by a text": ('DEF STRING[8] ZIEL="ENDE1"\nGOTOF ZIEL\nG0 X9\nENDE1: G0 X1', [(1,)]),
+    "GOTO by a text in brackets": ('R1=2\nGOTOF("STEP_"<<R1)\nG0 X9\nSTEP_1: G0 X1\nSTEP_2: G0 X2', [(2,)]),
     "<< makes a text of a value": ('DEF STRING[20] TEXT_1\nR1=1234567\nTEXT_1=<<R1<<"AB"\nG0 X=STRLEN(TEXT_1)\nGOTOF "N"<<R1\nG0 X8\nN1234567 G0 X1', [(9,), (1,)]),
     "GOTO by a text that is joined": ('R1=2\nGOTOF "STEP_" << R1\nG0 X9\nSTEP_1: G0 X1\nSTEP_2: G0 X2', [(2,)]),
     "names like addresses": ("DEF REAL X9_, B2\nDEF INT C3=5\nB2=10\nG0 X=B2 Y=C3\nM30", [(10, 5)]),

@@ -211,6 +211,7 @@ VALUES: dict[str, Callable[..., Any]] = {
     "chain": expressions.Chain,
     "jump": _jump,
     "computed_jump": _computed_jump,
+    "jump_to_text": lambda goto, label: ("jump", goto.upper(), label),
     "begin": lambda goto: ("jump", goto.upper(), ""),
     "if_jump": lambda *c: ("if-jump", tuple(zip(c[::2], c[1::2], strict=True))),
     **{rule: partial(lambda kind, condition: (kind, condition), rule.rstrip("_")) for rule in ("if_", "while_", "until")},
