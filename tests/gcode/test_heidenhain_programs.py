@@ -150,6 +150,10 @@ TURNS = {
     "L X+1 F100\nL X+2 M6": "X1 X2 STOP_SPINDLE_TURNING",
     "CC X+5 Y+0\nCP IPA+180 DR+ F100 M9": "X10 MIST_OFF FLOOD_OFF",
     "L X-5 F100\nCT X+2 Y+9 M5": "X-5 X2 STOP_SPINDLE_TURNING",
+    f"{DRILL}L X+5 FMAX M3\nCYCL CALL M9": "START_SPINDLE_CLOCKWISE X5 X5 X5 X5 MIST_OFF FLOOD_OFF",
+    f"{DRILL}L X+5 FMAX M99 M5\nL X+6 FMAX": "X5 X5 X5 X5 STOP_SPINDLE_TURNING X6",
+    f"{DRILL}CYCL CALL POS X+5 Y+0 M9": "X5 X5 X5 X5 MIST_OFF FLOOD_OFF",
+    f"{DRILL}L X+5 FMAX\nCYCL CALL M30": "X5 X5 X5 X5 STOP_SPINDLE_TURNING PALLET",
     "APPR LT X+0 Y+0 LEN5 RL F100 M13\nL Y+9\nDEP LT LEN5 M9": "START_SPINDLE_CLOCKWISE FLOOD_ON X-2 X-2 X-2 X-2 MIST_OFF FLOOD_OFF",
 }
 
@@ -162,7 +166,7 @@ def test_spindle_and_coolant_stop_behind_the_motion_of_their_block(
     table.write_text("T1 P1 D4\n")
     found = calls(f"{HEAD}{text}{TAIL}", dialect="heidenhain", tool_table=table)
     pattern = re.compile(
-        r"(?:STRAIGHT_FEED|STRAIGHT_TRAVERSE|ARC_FEED)\((-?\d+)|((?:START|STOP)_SPINDLE\w+|FLOOD_O\w+|MIST_O\w+|PROGRAM_\w+)"
+        r"(?:STRAIGHT_FEED|STRAIGHT_TRAVERSE|ARC_FEED)\((-?\d+)|((?:START|STOP)_SPINDLE\w+|FLOOD_O\w+|MIST_O\w+|PROGRAM_\w+|PALLET)"
     )
     turns = [f"X{m[1]}" if m[1] else m[2] for call in found for m in [pattern.match(call)] if m]
     begin = turns.index("STOP_SPINDLE_TURNING") + 1 if "STOP_SPINDLE_TURNING" in turns[:1] else 0

@@ -82,7 +82,7 @@ class ContourLines(Execution):
         way = contours.way_of(kind, form, words, self._now)
         functions = self._block(at, plain_language.meant(way.functions))
         called = self._calls(functions)
-        first, *late = in_order(functions, moves=True)
+        first, *late = in_order(functions, moves=True, calls=called)
         here = self._here(at)
         self._execute(here)
         self._execute(first)
@@ -90,10 +90,10 @@ class ContourLines(Execution):
             contours.approach(self.ip, way, here, self._leads(at))
         else:
             contours.departure(self.ip, way, here)
-        for part in late:
-            self._execute(part)
         if called:
             self._call_cycle(at, here)
+        for part in late:
+            self._execute(part)
 
     def _leads(self, at: int) -> Callable[[Point], complex | None] | None:
         """Return what gives the direction in which the first element behind APPR leaves a point, past corners and poles, which are taken."""

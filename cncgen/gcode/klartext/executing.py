@@ -170,6 +170,8 @@ class Execution(ProgramText):
         called = self._calls(block)
         self._change_side(block, "R0" in marks)
         moves = _moves(block)
+        calls = called or (Plain.of(self.ip).modal and moves)
+        late = behind_call(block) if calls else []
         if moves:
             block.words |= self._corner_after(at)
         for part in orientation.between(self.ip, block):
@@ -181,8 +183,10 @@ class Execution(ProgramText):
             self.frames[-1].program.ends[at] = complex(*self.ip.state.position[:2]), Plain.of(self.ip).heading
         if "t" in block.words:
             self._tell_tool()
-        if called or (Plain.of(self.ip).modal and moves):
+        if calls:
             self._call_cycle(at, block)
+        for part in late:
+            self._execute(part)
 
     def _calls(self, block: Block) -> bool:
         """Tell whether M99 calls the cycle at the end of a block, which ends M89, and take it out."""
@@ -284,10 +288,17 @@ def _moves(block: Block) -> bool:
     return not (AXIS_INDEX.keys().isdisjoint(block.words) and {*_ARCS, Own.POLAR_LINE}.isdisjoint(block.g))
 
 
-def in_order(block: Block, *, moves: bool) -> Iterator[Block]:
+def behind_call(block: Block) -> list[Block]:
+    """Take what acts at the end of a block that calls a cycle out of it, and return it."""
+    first, *late = in_order(block, moves=True, calls=True)
+    block.m = first.m
+    return late
+
+
+def in_order(block: Block, *, moves: bool, calls: bool = False) -> Iterator[Block]:
     """Yield a block without what acts at its end, and that, where one block of the interpreter has another order."""
     off, stops, ends = (tuple(number for number in block.m if number in lot) for lot in _AT_THE_END)
-    if (off and moves) or (stops and ends):
+    if (off and moves) or (stops and ends) or (calls and (stops or ends)):
         yield replace(block, m=tuple(number for number in block.m if number not in (*off, *stops, *ends)))
         for lot in (off, stops, ends[:1]):
             if lot:

@@ -9,14 +9,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import AXES
+from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError, Stop
 from cncgen.gcode.klartext import cycles, lines, orientation, planes, points, programs, system_data, unread
 from cncgen.gcode.klartext.contour_lines import ContourLines
 from cncgen.gcode.klartext.datums import Datums
-from cncgen.gcode.klartext.executing import INCLUDE, OF_PARAMETERS
+from cncgen.gcode.klartext.executing import INCLUDE, OF_PARAMETERS, behind_call
 from cncgen.gcode.klartext.hole_cycle import FASTEST
 from cncgen.gcode.klartext.program_text import Frame, Program
 from cncgen.gcode.state.systems import SYSTEM_COUNT
@@ -244,12 +244,16 @@ class HeidenhainRunner(ContourLines):
             message = "CYCL CALL PAT has no pattern to visit"
             hint = 'PATTERN DEF POS1 (X+10 Y+10 Z+0) or SEL PATTERN "NAME.PNT" stands before it'
             raise BlockError("cycle-missing", message, "CYCL", hint=hint)
+        late: list[Block] = []
         for place, above in self._points:
             block = self._block(at, statement.words)
+            late = behind_call(block)
             block.words |= {"x": place.real, "y": place.imag}
             self._move(block)
             with self._raised(above):
                 cycles.call(self.ip, block.beside({}))
+        for part in late:
+            self._execute(part)
 
     @contextmanager
     def _raised(self, above: float) -> Iterator[None]:
@@ -265,6 +269,7 @@ class HeidenhainRunner(ContourLines):
     def do_call_at(self, frame: Frame, at: int, statement: Statement) -> None:
         """CYCL CALL POS: the cycle at a place, whose Z shifts the cycle; from below its clearance the tool rises first. It ends M89."""
         block = self._block(at, statement.words)
+        late = behind_call(block)
         Plain.of(self.ip).modal = False
         q, above = self.ip.parameters.numbers, 0.0
         if Plain.of(self.ip).cycle >= OF_PARAMETERS and "z" in block.words:
@@ -276,6 +281,8 @@ class HeidenhainRunner(ContourLines):
         self._move(block)
         with self._raised(above):
             self._call_cycle(at, block)
+        for part in late:
+            self._execute(part)
 
     def do_cycle(self, frame: Frame, at: int, statement: Statement) -> None:
         """CYCL DEF."""
