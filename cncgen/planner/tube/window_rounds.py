@@ -41,6 +41,8 @@ _LONGEST = 1.5
 _ROUNDS = 9
 #: An axis that moves less stands still, mm.
 _STILL = 1e-7
+#: Nodes after the beginning of a window that keep their room ahead: the state that is expected there may be over the tolerance itself.
+_BEGIN = 10
 #: Units of search, of some 10 µs each, that a round takes beside its steps, a step of Newton's method at a node of two axes, and the
 #: comparison of a chord with a line.
 _ROUND, _STEP, _CELL = 120, 0.03, 0.004
@@ -138,7 +140,7 @@ class Rounds:
         self.columns = moving(window.state, nodes)
         self.number, self.units, self.exact, self.changed, self.early = -1, 0, False, False, False
         self.tangent, self.bounded = nodes.tangent, False
-        self._radius, self._held = nodes.radius, False
+        self._radius, self._held = nodes.radius, np.zeros(len(nodes), bool)
         self._own = vertex_nodes(window)
         self._parts = [(0, len(nodes))]
         self._got: Found | None = None
@@ -184,11 +186,18 @@ class Rounds:
         given = (window.path, window.goals, self._own, self.motion, first_s, self.bounds.period_s, PASSED)
         over, cells = excess(*given, phases)
         self.units += int(_CELL * cells)
+        if self.early:
+            over[:_BEGIN] = -np.inf
         feed = np.maximum(nodes.feed, np.append(nodes.feed[:1], nodes.feed[:-1]))
         fast = too_fast(found, self.bounds.velocity[columns], feed, int((columns < 3).sum()))
-        known, before = self._held, self._radius
-        # Others soon are too fast, once these are held.
-        self._held |= bool(fast.any())
+        known, before = self._held.copy(), self._radius
+        if fast.any():
+            # The neighbours soon are, once these are held: twice as many in each round, as all of a window may be. With all of it at
+            # once, four of 205 random programs take 0.5 to 5 % longer, and one 3 % less.
+            reach = 4 << self.number
+            self._held |= np.convolve(fast, np.ones(2 * reach + 1))[reach:-reach] > 0
+            # A motion that begins or ends at a limit has the middle ordinate beside that at the limit as well.
+            self._held[0] = self._held[-1] = False
         self._radius = self._narrowed(over, found.step)
         changed = (
             np.bincount(np.repeat(np.arange(len(nodes)), nodes.count), self._radius != before, len(nodes)) > 0
@@ -264,10 +273,6 @@ class Rounds:
         rooms = slice(len(nodes.radius) - int(nodes.count[-1]))
         feed = 0.9999 * np.append(nodes.feed[:1], nodes.feed)
         margin = 1.0 - 1e-6
-        between = np.full(len(nodes), np.inf)
-        if self._held:
-            # A motion that begins or ends at a limit has the middle ordinate beside that at the limit as well.
-            between[1:-1] = np.maximum(feed[1:], feed[:-1])[1:-1]
         return Problem(
             velocity=margin * bounds.velocity[columns],
             acceleration=margin * bounds.acceleration[columns],
@@ -283,7 +288,7 @@ class Rounds:
             bow=nodes.chord[rooms] * bounds.period_s**2 / 8.0,
             feed=feed,
             longest=self._longest(),
-            between=between,
+            between=np.where(self._held, np.maximum(feed[1:], feed[:-1]), np.inf),
             start=start[:, columns],
             goal=self.goal[:, columns],
             period_s=bounds.period_s,
