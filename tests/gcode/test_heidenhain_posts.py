@@ -220,7 +220,7 @@ L X+50 Y+70 R0
 END PGM T MM
 """
         feeds = [float(line[14:-1]) for line in calls(text) if line.startswith("SET_FEED_RATE(")]
-        assert feeds[1:-1] == ([100] if feed == 100 else [100, feed, 100])
+        assert feeds[:-1] == ([100] if feed == 100 else [100, feed, 100])
 
 
 @pytest.mark.parametrize(
@@ -354,3 +354,18 @@ def test_a_tap_comes_out_faster(moves: Any, factor: str, out: float) -> None:
         f"{factor}\nCYCL CALL\nM30\nEND PGM T MM\n"
     )
     assert [move[2:] for move in moves(text)][1:] == [(-5, 1250), (-4, 1250), (-8, 1250), (2, out), (20, 0)]
+
+
+@pytest.mark.parametrize(("unit", "there"), [("MM", 10.0), ("INCH", 254.0)])
+def test_a_called_program_has_its_own_unit_and_keeps_the_feed(
+    run: Any, tmp_path: Path, unit: str, there: float
+) -> None:
+    """TNC 640, "Tool-related data": "A feed rate entered as a numerical value remains in effect until a block with a different feed rate is
+    reached"; MM and INCH are of the program that BEGIN PGM begins. Worked out by hand: 10 inches are 254 mm."""
+    (tmp_path / "SUB.H").write_text(f"0 BEGIN PGM SUB {unit}\n1 L X+10\n2 END PGM SUB {unit}\n")
+    text = "0 BEGIN PGM MAIN MM\n1 TOOL CALL 1 Z S1000\n2 CC X+20 Y+0\n3 L X+5 F300\n4 CALL PGM SUB\n5 L X+50\n6 LP PR+1 PA+0\n7 END PGM MAIN MM\n"
+    out = run(text, include=(tmp_path,))
+    assert out.errors == []
+    moves = out.path.kind != 3
+    assert out.path.end[moves, 0].tolist() == pytest.approx([5.0, there, 50.0, 21.0])
+    assert out.path.feed[moves].tolist() == pytest.approx([300.0 / 60.0] * 4)

@@ -21,6 +21,7 @@ from cncgen.gcode.text import plain_language
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.plain_language import Statement
 from cncgen.kernels.language_code import TOOL_FEED
+from cncgen.units import INCH
 
 #: Cycles from this number on have their surface in Q203, and take M109 and M110 for their arcs on the control.
 OF_PARAMETERS = 200
@@ -220,7 +221,14 @@ class Execution(ProgramText):
         file = name if "." in name else f"{name}.H"
         program = self.program_of(name, f"there is no program {file}", "PGM", INCLUDE)
         program.ends.clear()
-        self.enter(Frame(program), "CALL")
+        frame, inches = Frame(program), self.ip.state.inches
+        frame.back = lambda: self._take_units(inches)
+        self.enter(frame, "CALL")
+
+    def _take_units(self, inches: bool) -> None:
+        """Go on in the unit of the caller: MM and INCH of BEGIN PGM are those of one program."""
+        if self.ip.state.inches != inches:
+            self._execute(Block({}, g=(200 if inches else 210,)))
 
     def _tell_tool(self) -> None:
         """Set the Q parameters that the control keeps of the tool: radius, axis (2, Z), unit (1, inch), length."""
@@ -253,9 +261,23 @@ class Execution(ProgramText):
         if self.ip.guard is not None:
             self.ip.base.block = block
             self.ip.guard(self.ip, block)
+        inches = self.ip.state.inches
         for part in in_order(block, moves=_moves(block)) if block.m else (block,):
             if part.words or part.g or part.m:
                 self.ip.execute(part)
+        if self.ip.state.inches != inches:
+            self._convert()
+
+    def _convert(self) -> None:
+        """Keep the feeds and the pole in force where a program in another unit begins or ends."""
+        ip, plain = self.ip, Plain.of(self.ip)
+        factor = 1.0 / INCH if ip.state.inches else INCH
+        plain.tool_feed *= factor
+        if plain.pole is not None:
+            plain.pole *= factor
+        if ip.state.feed:
+            ip.state.feed *= factor
+            ip.sink.set_feed_rate(ip.state.feed)
 
     def _target(self, name: str) -> int:
         """Return the line of a label; raise where it stands nowhere, or several times."""

@@ -593,7 +593,7 @@ def _stop(*words: Raw) -> Statement:
 def _begin_program(name: str = "") -> Statement:
     inches = name.upper().split()[-1:] == ["INCH"]
     doubt: Words = [_REMARK, ("remark", 20.0)] if inches else []
-    return Statement("block", [("g", 20.0 if inches else 21.0), ("g", 90.0), ("g", 94.0), *doubt])
+    return Statement("block", [("g", 20.0 if inches else 21.0), ("g", 90.0), *doubt])
 
 
 def _operation(fn: str, q: str, a: Value, operator: str, b: Value) -> Statement:
