@@ -4,6 +4,7 @@ programmed       the rows of the program, from which the tolerance is measured
 chorded          its curves as lines: sharp bends, and all of them for the plan that is improved
 reference_path   the plan that is improved, sampled
 row_places       where on it the rows begin
+scales           the limits of the search, and times and speeds at corners
 tube_nodes       where nodes stand on it, and the room around each
 window_problem   the least-time problem on a window of nodes (kernel ``least_time_tube``)
 window_start     first guesses of its solution

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic
 from cncgen.geometry.tables import empty_arcs, empty_nurbs
-from cncgen.machine.record import Machine
 from cncgen.planner.profile_parts import cut
 from cncgen.planner.record import Cubics, Limit, Profile, SharpCorner, Trajectory
 from cncgen.planner.tube.programmed import Programmed
 from cncgen.planner.tube.reference_path import Reference
+from cncgen.planner.tube.scales import Bounds
 from cncgen.planner.tube.tube_nodes import Nodes
 from cncgen.planner.tube.window_problem import Solved
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
@@ -31,20 +31,13 @@ _ROUNDING = 1e-12
 class Hand:
     """Hands on trajectories in order; `time` is how far in the plan, `later` how much later (earlier, below 0) that is now."""
 
-    def __init__(
-        self,
-        reference: Reference,
-        program: Programmed,
-        limits: tuple[Floats, Floats, Floats],
-        machine: Machine,
-    ) -> None:
-        self.velocity, self.acceleration, self.jerk = limits
-        self.reference, self.program, self.period_s = reference, program, machine.period_s
+    def __init__(self, reference: Reference, program: Programmed, bounds: Bounds) -> None:
+        self.reference, self.program, self.bounds, self.period_s = reference, program, bounds, bounds.period_s
         # Of a period over a rest, one half at least is on one side of it. If the way of that is too short to show, rests wait for no
         # setpoint, and the plan does not depend on its phase.
-        finite = np.isfinite(self.jerk)
-        way = float(np.sqrt((self.jerk[finite] ** 2).sum())) * self.period_s**3 / 48.0
-        self.phased = way > 0.999 * machine.chord_tolerance_mm
+        jerk = bounds.jerk[np.isfinite(bounds.jerk)]
+        way = float(np.sqrt((jerk**2).sum())) * self.period_s**3 / 48.0
+        self.phased = way > 0.999 * bounds.chord_mm
         self.time = -np.inf
         self.later = 0.0
         self.windows = self.kept = 0
@@ -266,9 +259,9 @@ class Hand:
         def both(there: NDArray[np.bool_]) -> NDArray[np.bool_]:
             return there[:-1] & there[1:]
 
-        out[use(found.jerk[:count], self.jerk)] = Limit.JERK
-        out[both(use(found.acceleration[: count + 1], self.acceleration))] = Limit.ACCELERATION
-        out[both(use(found.velocity[: count + 1], self.velocity))] = Limit.VELOCITY
+        out[use(found.jerk[:count], self.bounds.jerk)] = Limit.JERK
+        out[both(use(found.acceleration[: count + 1], self.bounds.acceleration))] = Limit.ACCELERATION
+        out[both(use(found.velocity[: count + 1], self.bounds.velocity))] = Limit.VELOCITY
         speed = _speed(found.velocity[: count + 1])
         out[both(speed > _BINDS * np.append(nodes.feed[:1], nodes.feed[:count]))] = Limit.FEED
         return out

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.machine.record import Machine
 from cncgen.planner.tube.deviation import Reached, followed, reached
 from cncgen.planner.tube.handing import Hand
 from cncgen.planner.tube.programmed import Programmed, RowLines
 from cncgen.planner.tube.reference_path import Reference
 from cncgen.planner.tube.row_places import RowPlaces
-from cncgen.planner.tube.tube_nodes import Nodes, Scales, borders_of, nodes_of
+from cncgen.planner.tube.scales import Scales
+from cncgen.planner.tube.tube_nodes import Nodes, borders_of, nodes_of
 from cncgen.planner.tube.window_judge import REST
 from cncgen.planner.tube.window_problem import Solved
 from cncgen.planner.tube.window_rounds import PASSED
@@ -73,24 +73,11 @@ class RowRuns:
     """
 
     def __init__(
-        self,
-        program: Programmed,
-        machine: Machine,
-        reference: Reference,
-        hand: Hand,
-        scales: Scales,
-        spacing_s: float,
+        self, program: Programmed, reference: Reference, hand: Hand, scales: Scales, spacing_s: float
     ) -> None:
-        """Begin with none.
-
-        Args:
-            program, machine, reference: The rows, the machine, and the plan.
-            hand: The function that hands on motions, which knows when setpoints are.
-            scales: Of the machine.
-            spacing_s: The usual time between nodes.
-        """
-        self.program, self.machine, self.reference, self.hand = program, machine, reference, hand
-        self.scales, self.spacing_s = scales, spacing_s
+        """Begin with none, of the rows and the plan; `hand` knows when setpoints are, `spacing_s` is the usual time between nodes."""
+        self.program, self.reference, self.hand = program, reference, hand
+        self.scales, self.bounds, self.spacing_s = scales, scales.bounds, spacing_s
         self.places = RowPlaces(program, reference)
         self.row = 0
 
@@ -136,7 +123,7 @@ class RowRuns:
         assert grid is not None
         if grid.v[index] <= 1e-9:
             return index
-        t = grid.t[index] + way * _INSIDE * self.machine.period_s
+        t = grid.t[index] + way * _INSIDE * self.bounds.period_s
         i = int(np.searchsorted(grid.t, t, side="left" if way > 0 else "right")) - (way < 0)
         while 1 <= i < len(grid) - 1 and abs(i - index) < 2000:
             straight = (grid.tangent[i - 1 : i + 2] * grid.tangent[i]).sum(axis=1).min() > 0.9998
@@ -187,18 +174,7 @@ class RowRuns:
             run.row += stopping if closed else 0
             run.closed = closed
             return
-        own = slice(run.row - base, run.row - base + stopping)
-        border, places = _apart(border, places, program.column("tolerance")[own], program.joints(own))
-        found = nodes_of(
-            program,
-            self.reference,
-            grid,
-            run.row,
-            places,
-            border,
-            (run.row == run.first, closed),
-            self.scales,
-        )
+        found = self._nodes(run.row, places, border, (run.row == run.first, closed), self.scales)
         run.nodes = found if run.nodes is None else run.nodes.joined(found)
         run.row += stopping
         run.closed = closed
@@ -237,7 +213,7 @@ class RowRuns:
     ) -> Reached | None:
         """Return where the first intervals of a motion in the place of the plan end on the rows."""
         first = self.hand.first_setpoint(t, motion)
-        return entry and reached(path, entry, motion, first, self.machine.period_s, PASSED, count)
+        return entry and reached(path, entry, motion, first, self.bounds.period_s, PASSED, count)
 
     def followed(
         self, path: RowLines, entry: Reached | None, begin: float, end: float, whole: bool = False
@@ -252,9 +228,9 @@ class RowRuns:
         t = np.clip(at.t, begin, end) - begin
         t[0], t[-1] = 0.0, end - begin
         plan = at.v[:, None] * at.tangent, t, lambda times: reference.positions(begin + times)
-        period = self.machine.period_s
+        period = self.bounds.period_s
         first_s = self.hand.until_setpoint(begin)
-        return followed(path, entry, plan, first_s, period, PASSED, self.machine.chord_tolerance_mm, whole)
+        return followed(path, entry, plan, first_s, period, PASSED, self.bounds.chord_mm, whole)
 
     def nodes_again(self, run: RowRun, nodes: Nodes, whole: bool, scales: Scales) -> Nodes:
         """Return nodes from where a run is up to the last one of others, of other scales."""
@@ -264,15 +240,25 @@ class RowRuns:
         places = np.clip(self.places.between(first, stop + 1), run.s, nodes.s[-1])
         border = np.ones(len(places), bool)
         border[1:-1] = borders_of(program, first, places, np.interp(places, grid.s, grid.v), scales)
-        own = slice(first - program.base, stop - program.base)
-        border, places = _apart(
-            border, places, scales.part * program.column("tolerance")[own], program.joints(own)
-        )
-        begun = 0.0 if run.part >= 1.0 else run.part
-        return nodes_of(
-            program, self.reference, grid, first, places, border, (run.part == 0.0, whole), scales,
-            (begun, float(nodes.part[-1])),
-        )  # fmt: skip
+        within = 0.0 if run.part >= 1.0 else run.part, float(nodes.part[-1])
+        return self._nodes(first, places, border, (run.part == 0.0, whole), scales, within)
+
+    def _nodes(
+        self,
+        first: int,
+        places: Floats,
+        border: NDArray[np.bool_],
+        ends: tuple[bool, bool],
+        scales: Scales,
+        within: tuple[float, float] = (0.0, 1.0),
+    ) -> Nodes:
+        """Return the nodes of rows `first` …; the arguments are those of `nodes_of`."""
+        program, grid = self.program, self.reference.grid
+        assert grid is not None
+        own = slice(first - program.base, first - program.base + len(places) - 1)
+        tolerance = scales.part * program.column("tolerance")[own]
+        border, places = _apart(border, places, tolerance, program.joints(own))
+        return nodes_of(program, self.reference, grid, first, places, border, ends, scales, within)
 
 
 def _apart(

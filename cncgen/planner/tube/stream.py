@@ -19,7 +19,8 @@ from cncgen.planner.tube.handing import Hand
 from cncgen.planner.tube.programmed import Programmed
 from cncgen.planner.tube.reference_path import Reference
 from cncgen.planner.tube.row_runs import RowRun, RowRuns
-from cncgen.planner.tube.tube_nodes import Nodes, Scales
+from cncgen.planner.tube.scales import Bounds, Scales
+from cncgen.planner.tube.tube_nodes import Nodes
 from cncgen.planner.tube.window_judge import REST
 from cncgen.planner.tube.window_problem import Solved
 from cncgen.planner.tube.window_rounds import Window, moving
@@ -36,7 +37,7 @@ _ONE, _BETWEEN = 1.3, 256
 #: well. Without less room three of twenty stars as large as P take 27 to 45 % longer, without closer nodes a parabola that turns back 0.5 %.
 _SMALLEST, _ATTEMPTS = 100, ((1.0, 1.0), (1.0, 2.0), (0.4, 1.0), (0.1, 1.0))
 #: Runs of fewer nodes have closer nodes, at most by this factor: a few nodes lose time that closer nodes of a narrower tolerance do
-#: not.
+#: not. Without this bound of it a parabola that turns back takes 3 % longer, and none of 130 random programs any longer.
 _CLOSEST = 8.0
 #: A motion that is not faster by this part stays as it was.
 _LESS = 1e-5
@@ -49,28 +50,26 @@ class Tube:
     """The work under way: the programmed rows, the plan, the runs of both, and the one whose windows are planned."""
 
     def __init__(self, program: Programmed, machine: Machine, max_steps: int | None) -> None:
-        self.program, self.machine = program, machine
+        self.program = program
         self.most = max(_MOST, _OF_A_STEP * (max_steps or 0))
         self.last_line = 0
         program.draw()
         limits = AxisLimits.of(machine, program.axes)
-        limited = (each * program.scale for each in (limits.velocity, limits.acceleration, limits.jerk))
-        velocity, acceleration, jerk = limited
-        finite = np.isfinite(jerk)
+        velocity, acceleration, jerk = (
+            each * program.scale for each in (limits.velocity, limits.acceleration, limits.jerk)
+        )
+        bounds = Bounds(velocity, acceleration, jerk, machine.period_s, machine.chord_tolerance_mm)
         # On a machine that has none of the axes nothing moves, and there is nothing to search.
-        self.ended = not finite.any()
-        strongest, largest = (float(each[finite | self.ended].max()) for each in (jerk, acceleration))
-        scales = Scales(strongest, largest, velocity, machine.period_s)
+        self.ended = not np.isfinite(bounds.jerk).any()
+        scales = Scales(bounds)
         usual, near = (float(each) for each in scales.spacing(machine.path_tolerance_mm))
         self.reference = Reference(program.scale, near, 5.0 * machine.period_s)
-        self.hand = Hand(self.reference, program, (velocity, acceleration, jerk), machine)
-        self.runs = RowRuns(program, machine, self.reference, self.hand, scales, usual)
+        self.hand = Hand(self.reference, program, bounds)
+        self.runs = RowRuns(program, self.reference, self.hand, scales, usual)
         self.run: RowRun | None = None
         self.later: deque[RowRun] = deque()
         self.size = FIRST
-        self.search = WindowSearch(
-            program, machine, self.reference, self.hand, (velocity, acceleration, jerk)
-        )
+        self.search = WindowSearch(program, self.reference, self.hand, bounds)
 
     def close(self) -> None:
         """End its thread."""

@@ -11,6 +11,7 @@ from cncgen.geometry import elementary
 from cncgen.planner.limits.axis_limits import lowered
 from cncgen.planner.tube.programmed import Programmed
 from cncgen.planner.tube.reference_path import Grid, Reference
+from cncgen.planner.tube.scales import Scales
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -18,10 +19,6 @@ Bools = NDArray[np.bool_]
 #: Rows of room: centres, directions, radii, the tolerances that these are of, and whether chords are meant.
 _Band = tuple[Floats, Floats, Floats, Floats, Floats]
 
-#: Time between nodes, as a part of (P/J)^(1/3), the time in which full jerk crosses the tolerance; beside corners the second part.
-SPACING = 0.7, 0.34
-#: Full jerk crosses the tolerance in this part of a period at least: chords between setpoints leave a motion that does so sooner.
-SHOWN = 0.5
 #: Growth of the spacing with the time from close nodes.
 _GROWTH = 0.12
 #: The path turns by at most so much between nodes, rad.
@@ -114,44 +111,6 @@ class Nodes:
 _ROOMS = ("centre", "direction", "radius", "allowed", "chord")
 
 
-@dataclass(frozen=True, slots=True)
-class Scales:
-    """Time and speed of corners: of the narrowest tolerance and the strongest jerk.
-
-    Attributes:
-        jerk, acceleration: Of the strongest axis.
-        velocity: Shape (axes,), limits.
-        period_s: Time between setpoints.
-        part: Part of the tolerance that nodes have for their room.
-        close: How many times closer than usual nodes are.
-    """
-
-    jerk: float
-    acceleration: float
-    velocity: Floats
-    period_s: float
-    part: float = 1.0
-    close: float = 1.0
-
-    def spacing(self, tolerance: Floats | float) -> tuple[Floats, Floats]:
-        """Return the time between nodes, and beside corners, s, for tolerances of any shape."""
-        time = np.maximum(elementary.cbrt(tolerance / self.jerk) / self.close, SHOWN * self.period_s)
-        return SPACING[0] * time, SPACING[1] * time
-
-    def floor(self, tolerance: float) -> float:
-        """Return a speed with which strong axes pass any corner, mm/s."""
-        return 2.0 * float(elementary.cbrt(tolerance**2 * self.jerk))
-
-    def sagitta(self, feed: Floats) -> Floats:
-        """Return how far from the motion the middle of a chord between setpoints may be, mm, by the acceleration that one axis may come to.
-
-        With full jerk the speed changes from the feed (mm/s, any shape) one way to that the other way.
-        """
-        most = np.minimum(self.acceleration, np.sqrt(2.0 * feed * self.jerk))
-        out: Floats = most * self.period_s**2 / 8.0
-        return out
-
-
 def borders_of(program: Programmed, first: int, places: Floats, speed: Floats, scales: Scales) -> Bools:
     """Tell which of the joints at the starts of rows first + 1 … show between nodes, shape (rows − 1,)."""
     rows = slice(first - program.base, first - program.base + len(places) - 1)
@@ -221,9 +180,10 @@ def nodes_of(
     feeds = feed[found].copy()
     inner = last & (found + 1 < len(feed))
     feeds[inner] = np.minimum(feeds[inner], feed[found[inner] + 1])
+    laid = _Laid(program, own, places, node, vertex, found, part, point, tangent)
     near = program.nearest(point, first + found, part)
-    loose, looser = _loose(program, own, node, vertex - first, scales.part * tolerance[found], near[1])
-    rooms = _rooms(program, own, places, node, vertex, near, found, part, point, tangent, scales)
+    loose, looser = laid.loose(near[1], scales.part)
+    rooms = laid.rooms(near, scales)
     without = np.where(looser[:, None], 0.0, tangent)
     tangent[loose] = 0.0
     when = np.interp(node, grid.s, grid.t)
@@ -289,7 +249,7 @@ class _Clock:
         )
         cell = np.diff(s)
         # A corner is passed no faster than its slowest axis goes.
-        slowest = np.interp(s, grid.s, (np.abs(grid.tangent) / scales.velocity).max(axis=1))
+        slowest = np.interp(s, grid.s, (np.abs(grid.tangent) / scales.bounds.velocity).max(axis=1))
         floor = np.minimum(scales.floor(tolerance), 1.0 / np.maximum(slowest, 1e-300))
         passing = rate / floor
         quick = np.minimum(np.diff(free), cell * 0.5 * (passing[1:] + passing[:-1]))
@@ -307,7 +267,7 @@ class _Clock:
             quick[slow[1] :] = np.diff(free)[slow[1] :]
         time = np.concatenate([[0.0], np.cumsum(quick)])
         pace = np.maximum(v, floor)
-        used = pace**2 * bend / scales.acceleration
+        used = pace**2 * bend / scales.bounds.strongest[0]
         with np.errstate(divide="ignore", invalid="ignore"):
             at = np.where(used > _BENT, usual * np.clip(0.5 / np.sqrt(used), 1.0, _CALM), 1e3)
             at = np.minimum(at, np.maximum(_TURN / (bend * pace), 0.3 * near))
@@ -342,182 +302,183 @@ class _Clock:
         return np.where(beside, np.interp(node, self.s, self.v), np.interp(node, self.s, self.pace))
 
 
-def _loose(
-    program: Programmed,
-    own: slice,
-    node: Floats,
-    row: Ints,
-    tolerance: Floats,
-    along: Floats,
-) -> tuple[Bools, Bools]:
-    """Tell which nodes have no plane: those of sharp corners, and those from which all is within their room where rows turn back or feeds
-    change; and of the second ones, within twice of it where rows turn back: one place may then be within the tolerance of all between.
+@dataclass(frozen=True, slots=True)
+class _Laid:
+    """`k` nodes on rows.
 
-    Planes there would make the motion go as deep into a corner, or into several that are a way back together, as the plan does, and
-    change its speed where the plan changes it.
+    Attributes:
+        program, own: The rows.
+        places: Shape (rows + 1,): s of the reference where each starts, and where the last one ends.
+        node, point, tangent: Shape (k,) and (k, n), s of the nodes, and position and direction of the reference there.
+        vertex: Shape (k,): row that starts at the node, −1 where it lies within one.
+        row, part: Shape (k,): which of the rows is before the node, and the part of it that is.
     """
-    entry, leave = program.column("entry")[own], program.column("leave")[own]
-    corner = np.flatnonzero((row > 0) & (row < len(entry)))
-    before, after = along.copy(), along.copy()
-    before[corner], after[corner] = leave[row[corner] - 1], entry[row[corner]]
-    out = np.zeros(len(node), bool)
-    out[corner[np.sqrt(((after - before)[corner] ** 2).sum(axis=1)) > _SHARP]] = True
-    change, pair, lag = np.zeros((2, len(node) + 1), np.int64), np.arange(len(node)), 0
-    feed = program.column("feed")[own]
-    other = corner[feed[row[corner]] != feed[row[corner] - 1]]
-    for each in change:
-        np.add.at(each, np.searchsorted(node, node[other] - tolerance[other]), 1)
-        np.add.at(each, np.searchsorted(node, node[other] + tolerance[other], side="right"), -1)
-    while len(pair):
-        # Between a node and the one `lag` after it.
-        back = pair[np.sqrt(((after[pair + lag] - before[pair]) ** 2).sum(axis=1)) > _GOES_BACK]
-        reach = np.minimum(tolerance[back], tolerance[back + lag])
-        for each, times in zip(change, (1.0, 2.0), strict=True):
-            begin = np.searchsorted(node, node[back + lag] - times * reach, side="right")
-            end = np.searchsorted(node, node[back] + times * reach)
-            np.add.at(each, begin[begin < end], 1)
-            np.add.at(each, end[begin < end], -1)
-        lag += 1
-        pair = pair[pair + lag < len(node)]
-        pair = pair[node[pair + lag] - node[pair] < 4.0 * tolerance[pair]]
-    within = np.cumsum(change[:, :-1], axis=1) > 0
-    return out | within[0], out | within[1]
 
+    program: Programmed
+    own: slice
+    places: Floats
+    node: Floats
+    vertex: Ints
+    row: Ints
+    part: Floats
+    point: Floats
+    tangent: Floats
 
-def _rooms(
-    program: Programmed,
-    own: slice,
-    places: Floats,
-    node: Floats,
-    vertex: Ints,
-    near: tuple[Floats, Floats],
-    found: Ints,
-    part: Floats,
-    point: Floats,
-    tangent: Floats,
-    scales: Scales,
-) -> tuple[Ints, Floats, Floats, Floats, Floats, Floats]:
-    """Return how many rows of room each node has, and of them what `_Band` says, all for the part of the tolerance that is used.
+    def column(self, name: str) -> np.ndarray:
+        """Return a column of the rows."""
+        return self.program.column(name)[self.own]
 
-    Each has the band about the line of its row; at a sharp corner it has those of both rows beside the ball about the corner. There
-    chords between setpoints cut the corner off, so they have the room about it as well.
-    """
-    tolerance = program.column("tolerance")[own]
-    centre, direction = near
-    radius, allowed = tolerance[found], tolerance[found]
-    # A line through a row has no end. Where the plane lets nodes go along it beyond the row by more than the tolerance, a ball bounds them.
-    cosine = np.abs((direction * tangent).sum(axis=1))
-    along = radius * np.sqrt(np.maximum(1.0 - cosine**2, 0.0)) / np.maximum(cosine, 1e-9)
-    direction[along > _left(program, own, found, part) + radius] = 0.0
-    band = centre, direction, radius, allowed, np.zeros(len(node))
-    _about_skipped(program, own, places, node, band)
-    sharp, *bands = _at_corners(program, own, vertex, found, band)
-    bowed, chords = _of_chords(program, own, vertex, found, tangent, band, scales)
-    key = np.argsort(np.concatenate([np.arange(len(node)), sharp, sharp, bowed]), kind="stable")
-    centres, directions, radii, tolerances, chord = (
-        np.concatenate(each)[key] for each in zip(band, *bands, chords, strict=True)
-    )
-    counts = np.ones(len(node), np.int64)
-    counts[sharp] += 2
-    counts[bowed] += 1
-    where = np.repeat(point, counts, axis=0)
-    # Where rows fold within the tolerance, the plan may go along another one than this node's. It is within the tolerance, so the room
-    # takes it in; the judge looks at all rows.
-    away = where - centres
-    away -= (away * directions).sum(axis=1)[:, None] * directions
-    far = np.sqrt((away**2).sum(axis=1))
-    outside = np.where(far > radii, 1.0 - _TAKEN * radii / np.maximum(far, 1e-300), 0.0)
-    centres += outside[:, None] * away
-    used = scales.part
-    return counts, nearer(centres, where, used), directions, used * radii, used * tolerances, chord
+    def corners(self) -> tuple[Ints, Ints, Floats, Floats]:
+        """Return the nodes at corners, the row after each, the narrower tolerance of both rows, and the turn of unit tangents."""
+        tolerance = self.column("tolerance")
+        corner = np.flatnonzero((self.vertex >= 0) & (self.row + 1 < len(tolerance)))
+        before, after = self.row[corner], self.row[corner] + 1
+        turn = np.sqrt(((self.column("entry")[after] - self.column("leave")[before]) ** 2).sum(axis=1))
+        return corner, after, np.minimum(tolerance[before], tolerance[after]), turn
 
+    def loose(self, along: Floats, part: float) -> tuple[Bools, Bools]:
+        """Tell which nodes have no plane: those of sharp corners, and those from which all is within their room where rows turn back or feeds
+        change; and of the second ones, within twice of it where rows turn back: one place may then be within the tolerance of all between. Rows go `along`; room is that
+        part of the tolerance.
 
-def _about_skipped(program: Programmed, own: slice, places: Floats, node: Floats, band: _Band) -> None:
-    """Move the bands of nodes beside corners that have none to the middle of the corners' deviations from their lines, and narrow them.
+        Planes there would make the motion go as deep into a corner, or into several that are a way back together, as the plan does, and
+        change its speed where the plan changes it.
+        """
+        node, feed, tolerance = self.node, self.column("feed"), part * self.column("tolerance")[self.row]
+        corner, row, _, turn = self.corners()
+        before, after = along.copy(), along.copy()
+        before[corner], after[corner] = self.column("leave")[row - 1], self.column("entry")[row]
+        out = np.zeros(len(node), bool)
+        out[corner[turn > _SHARP]] = True
+        change, pair, lag = np.zeros((2, len(node) + 1), np.int64), np.arange(len(node)), 0
+        other = corner[feed[row] != feed[row - 1]]
+        for each in change:
+            np.add.at(each, np.searchsorted(node, node[other] - tolerance[other]), 1)
+            np.add.at(each, np.searchsorted(node, node[other] + tolerance[other], side="right"), -1)
+        while len(pair):
+            # Between a node and the one `lag` after it.
+            back = pair[np.sqrt(((after[pair + lag] - before[pair]) ** 2).sum(axis=1)) > _GOES_BACK]
+            reach = np.minimum(tolerance[back], tolerance[back + lag])
+            for each, times in zip(change, (1.0, 2.0), strict=True):
+                begin = np.searchsorted(node, node[back + lag] - times * reach, side="right")
+                end = np.searchsorted(node, node[back] + times * reach)
+                np.add.at(each, begin[begin < end], 1)
+                np.add.at(each, end[begin < end], -1)
+            lag += 1
+            pair = pair[pair + lag < len(node)]
+            pair = pair[node[pair + lag] - node[pair] < 4.0 * tolerance[pair]]
+        within = np.cumsum(change[:, :-1], axis=1) > 0
+        return out | within[0], out | within[1]
 
-    Rounds would find that too, for a quarter more computing on the butterfly.
-    """
-    centre, direction, radius, *_ = band
-    inner = slice(1, len(places) - 1)
-    interval = np.searchsorted(node, places[inner], side="left")
-    skipped = (interval < len(node)) & (node[np.minimum(interval, len(node) - 1)] != places[inner])
-    skipped &= program.column("joint")[own][inner].astype(bool)
-    low, high = np.zeros_like(centre), np.zeros_like(centre)
-    corner = program.column("start")[own][inner][skipped]
-    for side in (0, -1):
-        k = interval[skipped] + side
-        ok = k >= 0
-        away = corner[ok] - centre[k[ok]]
-        away -= (away * direction[k[ok]]).sum(axis=1)[:, None] * direction[k[ok]]
-        np.minimum.at(low, k[ok], away)
-        np.maximum.at(high, k[ok], away)
-    centre += 0.5 * (low + high)
-    radius[:] = np.maximum(radius - 0.5 * np.sqrt(((high - low) ** 2).sum(axis=1)), 0.2 * radius)
+    def rooms(
+        self, near: tuple[Floats, Floats], scales: Scales
+    ) -> tuple[Ints, Floats, Floats, Floats, Floats, Floats]:
+        """Return how many rows of room each node has, and of them what `_Band` says, all for the part of the tolerance that is used.
 
+        Each has the band about the line of its row; at a sharp corner it has those of both rows beside the ball about the corner. There
+        chords between setpoints cut the corner off, so they have the room about it as well.
+        """
+        node, tangent = self.node, self.tangent
+        centre, direction = near
+        radius, allowed = (self.column("tolerance")[self.row] for _ in range(2))
+        # A line through a row has no end. Where the plane lets nodes go along it beyond the row by more than the tolerance, a ball bounds them.
+        cosine = np.abs((direction * tangent).sum(axis=1))
+        along = radius * np.sqrt(np.maximum(1.0 - cosine**2, 0.0)) / np.maximum(cosine, 1e-9)
+        direction[along > self._left() + radius] = 0.0
+        band = centre, direction, radius, allowed, np.zeros(len(node))
+        self._about_skipped(band)
+        sharp, *bands = self._at_corners(band)
+        bowed, chords = self._of_chords(band, scales)
+        key = np.argsort(np.concatenate([np.arange(len(node)), sharp, sharp, bowed]), kind="stable")
+        centres, directions, radii, tolerances, chord = (
+            np.concatenate(each)[key] for each in zip(band, *bands, chords, strict=True)
+        )
+        counts = np.ones(len(node), np.int64)
+        counts[sharp] += 2
+        counts[bowed] += 1
+        where = np.repeat(self.point, counts, axis=0)
+        # Where rows fold within the tolerance, the plan may go along another one than this node's. It is within the tolerance, so the room
+        # takes it in; the judge looks at all rows.
+        away = where - centres
+        away -= (away * directions).sum(axis=1)[:, None] * directions
+        far = np.sqrt((away**2).sum(axis=1))
+        outside = np.where(far > radii, 1.0 - _TAKEN * radii / np.maximum(far, 1e-300), 0.0)
+        centres += outside[:, None] * away
+        used = scales.part
+        return counts, nearer(centres, where, used), directions, used * radii, used * tolerances, chord
 
-def _at_corners(
-    program: Programmed, own: slice, vertex: Ints, found: Ints, band: _Band
-) -> tuple[Ints, _Band, _Band]:
-    """Turn the bands of nodes at corners into balls about these; return which corners are sharp, and the bands of both rows there.
+    def _about_skipped(self, band: _Band) -> None:
+        """Move the bands of nodes beside corners that have none to the middle of the corners' deviations from their lines, and narrow them.
 
-    At a slight corner the ball takes the place of both bands.
-    """
-    centre, direction, radius, allowed, _ = band
-    start, entry, leave, tolerance, feed = (
-        program.column(name)[own] for name in ("start", "entry", "leave", "tolerance", "feed")
-    )
-    corner = np.flatnonzero((vertex >= 0) & (found + 1 < len(tolerance)))
-    before, after = found[corner], found[corner] + 1
-    narrow = np.minimum(tolerance[before], tolerance[after])
-    turn = np.sqrt(((entry[after] - leave[before]) ** 2).sum(axis=1))
-    slight = turn < _SLIGHT
-    # Where the feed changes there is no plane to bound the node along the rows.
-    bent = (turn >= 1e-3) | (feed[before] != feed[after])
-    ball = corner[bent]
-    centre[ball], direction[ball], allowed[ball] = start[after[bent]], 0.0, narrow[bent]
-    radius[ball] = narrow[bent] * np.where(slight[bent], np.cos(0.5 * turn[bent]), 1.0)
-    at, room = start[after[~slight]], narrow[~slight]
-    still = np.zeros(len(room))
-    one, other = ((at, each[~slight], room, room, still) for each in (leave[before], entry[after]))
-    return corner[~slight], one, other
+        Rounds would find that too, for a quarter more computing on the butterfly.
+        """
+        centre, direction, radius, *_ = band
+        node, places = self.node, self.places
+        inner = slice(1, len(places) - 1)
+        interval = np.searchsorted(node, places[inner], side="left")
+        skipped = (interval < len(node)) & (node[np.minimum(interval, len(node) - 1)] != places[inner])
+        skipped &= self.column("joint")[inner].astype(bool)
+        low, high = np.zeros_like(centre), np.zeros_like(centre)
+        corner = self.column("start")[inner][skipped]
+        for side in (0, -1):
+            k = interval[skipped] + side
+            ok = k >= 0
+            away = corner[ok] - centre[k[ok]]
+            away -= (away * direction[k[ok]]).sum(axis=1)[:, None] * direction[k[ok]]
+            np.minimum.at(low, k[ok], away)
+            np.maximum.at(high, k[ok], away)
+        centre += 0.5 * (low + high)
+        radius[:] = np.maximum(radius - 0.5 * np.sqrt(((high - low) ** 2).sum(axis=1)), 0.2 * radius)
 
+    def _at_corners(self, band: _Band) -> tuple[Ints, _Band, _Band]:
+        """Turn the bands of nodes at corners into balls about these; return which corners are sharp, and the bands of both rows there.
 
-def _of_chords(
-    program: Programmed, own: slice, vertex: Ints, found: Ints, tangent: Floats, band: _Band, scales: Scales
-) -> tuple[Ints, _Band]:
-    """Return the nodes where chords have room, and that room: at corners that about the corner, across the way where this does not turn
-    back, elsewhere that of the node.
+        At a slight corner the ball takes the place of both bands.
+        """
+        centre, direction, radius, allowed, _ = band
+        start, feed = self.column("start"), self.column("feed")
+        corner, after, narrow, turn = self.corners()
+        slight = turn < _SLIGHT
+        # Where the feed changes there is no plane to bound the node along the rows.
+        bent = (turn >= 1e-3) | (feed[after - 1] != feed[after])
+        ball = corner[bent]
+        centre[ball], direction[ball], allowed[ball] = start[after[bent]], 0.0, narrow[bent]
+        radius[ball] = narrow[bent] * np.where(slight[bent], np.cos(0.5 * turn[bent]), 1.0)
+        at, room = start[after[~slight]], narrow[~slight]
+        still = np.zeros(len(room))
+        one, other = (
+            (at, each[~slight], room, room, still)
+            for each in (self.column("leave")[after - 1], self.column("entry")[after])
+        )
+        return corner[~slight], one, other
 
-    There are none where chords are so near the motion that judging it tells enough.
-    """
-    start, entry, leave, tolerance, feed = (
-        program.column(name)[own] for name in ("start", "entry", "leave", "tolerance", "feed")
-    )
-    off = scales.sagitta(feed)[found] / scales.part
-    corner = np.flatnonzero((vertex >= 0) & (found + 1 < len(tolerance)))
-    before, after = found[corner], found[corner] + 1
-    narrow = np.minimum(tolerance[before], tolerance[after])
-    turn = np.sqrt(((entry[after] - leave[before]) ** 2).sum(axis=1))
-    bowed = (turn >= _BOWED) & (off[corner] > _SAGS * narrow)
-    way = np.where((turn > _GOES_BACK)[:, None], 0.0, tangent[corner])[bowed]
-    room = narrow[bowed]
-    corner, after = corner[bowed], after[bowed]
-    about = start[after], way, room, room
-    beside = np.setdiff1d(np.flatnonzero(off > _BENDS * band[3]), corner)
-    both = [np.concatenate([each, other[beside]]) for each, other in zip(about, band[:4], strict=True)]
-    node = np.concatenate([corner, beside])
-    return node, (both[0], both[1], both[2], both[3], np.ones(len(node)))
+    def _of_chords(self, band: _Band, scales: Scales) -> tuple[Ints, _Band]:
+        """Return the nodes where chords have room, and that room: at corners that about the corner, across the way where this does not turn
+        back, elsewhere that of the node.
 
+        There are none where chords are so near the motion that judging it tells enough.
+        """
+        off = scales.sagitta(self.column("feed"))[self.row] / scales.part
+        corner, after, narrow, turn = self.corners()
+        bowed = (turn >= _BOWED) & (off[corner] > _SAGS * narrow)
+        way = np.where((turn > _GOES_BACK)[:, None], 0.0, self.tangent[corner])[bowed]
+        room = narrow[bowed]
+        corner, after = corner[bowed], after[bowed]
+        about = self.column("start")[after], way, room, room
+        beside = np.setdiff1d(np.flatnonzero(off > _BENDS * band[3]), corner)
+        both = [np.concatenate([each, other[beside]]) for each, other in zip(about, band[:4], strict=True)]
+        node = np.concatenate([corner, beside])
+        return node, (both[0], both[1], both[2], both[3], np.ones(len(node)))
 
-def _left(program: Programmed, own: slice, row: Ints, part: Floats) -> Floats:
-    """Return how far the row of each node goes on to either side, and those that go on as it does, the shorter of both, shape (k,)."""
-    length, joint = program.column("length")[own], program.column("joint")[own].astype(bool)
-    upto = np.concatenate([[0.0], np.cumsum(length)])
-    ends = np.concatenate([[0.0], upto[1:-1][joint[1:]], upto[-1:]])
-    at = upto[row] + part * length[row]
-    following = np.clip(np.searchsorted(ends, upto[row], side="right"), 1, len(ends) - 1)
-    out: Floats = np.minimum(at - ends[following - 1], ends[following] - at)
-    return out
+    def _left(self) -> Floats:
+        """Return how far the row of each node goes on to either side, and those that go on as it does, the shorter of both, shape (k,)."""
+        length, joint, row = self.column("length"), self.column("joint").astype(bool), self.row
+        upto = np.concatenate([[0.0], np.cumsum(length)])
+        ends = np.concatenate([[0.0], upto[1:-1][joint[1:]], upto[-1:]])
+        at = upto[row] + self.part * length[row]
+        following = np.clip(np.searchsorted(ends, upto[row], side="right"), 1, len(ends) - 1)
+        out: Floats = np.minimum(at - ends[following - 1], ends[following] - at)
+        return out
 
 
 def nearer(centre: Floats, point: Floats, part: float) -> Floats:

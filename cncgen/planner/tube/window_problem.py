@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
@@ -28,45 +28,6 @@ _SHOWS, _MISSED, _TOLD = 1e-4, 1e-7, 4.0
 _SHORTEST, _MORE, _MOST_TIME = 0.05, 1.5, 8.0
 #: Weight of jerk squared: calms where the feed alone binds. Cost of a step of mean length.
 _CALM, _COST = 0.01, 0.02
-#: Arrays of a problem and of its workspace that have a row for each node, for each step between two, and for each row of room.
-_OF_NODES = [
-    "r",
-    "t",
-    "feed",
-    "x",
-    "x2",
-    "dx",
-    "nu",
-    "nu2",
-    "zx",
-    "dzx",
-    "zf",
-    "dzf",
-    "P",
-    "q",
-    "feed_slack",
-    "feed_slope",
-]
-_OF_STEPS = [
-    "h0",
-    "between",
-    "hlow",
-    "hhigh",
-    "u",
-    "u2",
-    "du",
-    "lam",
-    "lam2",
-    "zu",
-    "dzu",
-    "zm",
-    "dzm",
-    "K",
-    "middle_slack",
-    "middle",
-    "miss",
-]
-_OF_ROWS = ["rows", "zr", "dzr", "row_slack", "row_slope"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,13 +71,24 @@ class Problem:
 
 
 @dataclass(frozen=True, slots=True)
+class Guess:
+    """A motion to begin a search from: times between the nodes, shape (N,), with jerks, (N, n); velocities, accelerations and ways off
+    `Problem.point` at them, (N + 1, n) each."""
+
+    step: Floats
+    velocity: Floats
+    acceleration: Floats
+    offset: Floats
+    jerk: Floats
+
+
+@dataclass(frozen=True, slots=True)
 class Solved:
     """Positions, velocities and accelerations at the nodes, shape (N + 1, n) each; jerks (N, n) and times (N,) between them.
 
     Attributes:
         status: 1 where it holds.
         iterations: Of the interior point.
-        residual: Distances by which nodes are missed, in scaled units.
     """
 
     position: Floats
@@ -126,36 +98,21 @@ class Solved:
     step: Floats
     status: int
     iterations: int
-    residual: float
 
 
 class Search:
     """A search for the motion of a problem, which goes on from where it is when the problem gets narrower."""
 
-    def __init__(
-        self,
-        given: Problem,
-        velocity: Floats,
-        acceleration: Floats | None = None,
-        offset: Floats | None = None,
-    ) -> None:
-        """Begin a search.
-
-        Args:
-            given: The problem.
-            velocity, acceleration, offset: Shape (N + 1, n), first guess at the nodes; strictly within the limits and the room.
-        """
+    def __init__(self, given: Problem, guess: Guess) -> None:
+        """Begin a search from a guess strictly within the limits and the room, whose times are those of the problem."""
         n, steps = len(given.velocity), len(given.step)
         unit = float(np.min(given.radius)) if len(given.radius) else 0.01
         self.given, self.unit = given, unit
         self.x, self.u = np.zeros((steps + 1, n, 3)), np.zeros((steps, n + 1))
         self.scale = np.stack([np.full(n, unit), given.velocity, given.acceleration])
-        for at, state in ((0, given.start), (-1, given.goal)):
-            self.x[at] = ((state - np.stack([given.point[at], np.zeros(n), np.zeros(n)])) / self.scale).T
-        still = np.zeros((steps + 1, n))
-        self._move(
-            given.step, velocity, still if acceleration is None else acceleration, still if offset is None else offset, None
-        )  # fmt: skip
+        self._end(0, given.start)
+        self._end(-1, given.goal)
+        self._move(guess, 0, steps)
         self.rows = self._room(given)
         state = self.x.reshape(steps + 1, 3 * n)
         with np.errstate(divide="ignore"):
@@ -184,10 +141,14 @@ class Search:
         )
         self.tube = tube_point.Tube(self.arrays, self.arrays)
 
+    def _end(self, at: int, state: Floats) -> None:
+        """Begin or end in a state, shape (3, n)."""
+        still = np.zeros_like(state[0])
+        self.x[at] = ((state - np.stack([self.given.point[at], still, still])) / self.scale).T
+
     def begin(self, state: Floats) -> Solved:
         """Return what has been found, but beginning in another state near its own, shape (3, n)."""
-        position = self.given.point[0] + 0.0
-        self.x[0] = ((state - np.stack([position, 0.0 * position, 0.0 * position])) / self.scale).T
+        self._end(0, state)
         return self._solved(self.last)
 
     def solve(self, near: bool = False) -> Solved:
@@ -210,23 +171,12 @@ class Search:
         return self._solved(kernel.solve(self.tube, _WIDER, _NEAR if near else _END, _MOST, near, True))
 
     def narrower(
-        self,
-        given: Problem,
-        step: Floats,
-        velocity: Floats,
-        acceleration: Floats,
-        offset: Floats,
-        jerk: Floats,
-        parts: Sequence[tuple[int, int]],
-        far: bool = False,
+        self, given: Problem, guess: Guess, parts: Sequence[tuple[int, int]], far: bool = False
     ) -> Solved:
         """Return the solution of a problem that differs in `radius` and `between`, from a guess strictly within it.
 
         Args:
-            given: That problem.
-            step: Shape (N,), times of the guess, s.
-            velocity, acceleration, offset: Shape (N + 1, n), the guess at the nodes.
-            jerk: Shape (N, n), between them.
+            given, guess: That problem, and the guess.
             parts: First and last nodes, between which the motion is searched anew; the states there stay, and all beside them.
             far: Whether the guess is far from a solution.
         """
@@ -235,28 +185,28 @@ class Search:
             self.between[:] = self.unit / given.between
         found = []
         for first, last in parts:
-            self._move(step, velocity, acceleration, offset, jerk, first, last)
+            self._move(guess, first, last)
             end = self.arrays.x[last].copy()
-            tube = self.tube if last - first == len(step) else self._part(first, last)
+            tube = self.tube if last - first == len(self.u) else self._part(first, last)
             found.append(kernel.solve(tube, _WIDER if far else _AGAIN, _END, _MOST, False, True))
-            if last < len(step):
+            if last < len(self.u):
                 # The step before is missed by at most both halves of what counts as exact, the one behind by no more than before.
                 self.arrays.x[last] = end
-        return self._solved(
-            {
-                "status": min(each["status"] for each in found),
-                "iterations": max(each["iterations"] for each in found),
-                "residual": max(each["residual"] for each in found),
-            }
+        status, most = (
+            how(each[name] for each in found) for how, name in ((min, "status"), (max, "iterations"))
         )
+        return self._solved({"status": status, "iterations": most})
 
     def _part(self, first: int, last: int) -> tube_point.Tube:
         """Return the search from a node to another one, which works on the same arrays, so goes on with their multipliers."""
         whole = self.arrays
         part, row = SimpleNamespace(**vars(whole)), int(whole.first[first])
+        own = _widths(self.x.shape[1])
         for names, begin, stop in (
-            (_OF_NODES, first, last + 1), (_OF_STEPS, first, last), (_OF_ROWS, row, None)
-        ):  # fmt: skip
+            (["r", "t", "feed", "x", *own[0]], first, last + 1),
+            (["h0", "between", "hlow", "hhigh", "u", *own[1]], first, last),
+            (["rows", *own[2]], row, None),
+        ):
             for name in names:
                 setattr(part, name, getattr(whole, name)[begin:stop])
         part.first = whole.first[first : last + 2] - row
@@ -266,51 +216,45 @@ class Search:
             part.lamT, part.lamT2 = whole.lam[last - 1].copy(), whole.lamT2.copy()
         return tube_point.Tube(part, part)
 
-    def _move(
-        self,
-        step: Floats,
-        velocity: Floats,
-        acceleration: Floats,
-        offset: Floats,
-        jerk: Floats | None,
-        first: int = 0,
-        last: int | None = None,
-    ) -> None:
+    def _move(self, guess: Guess, first: int, last: int) -> None:
         """Take a guess between two nodes."""
-        nodes, steps = slice(first + 1, len(step) if last is None else last), slice(first, last)
-        for order, each in enumerate((offset, velocity, acceleration)):
+        nodes, steps = slice(first + 1, last), slice(first, last)
+        for order, each in enumerate((guess.offset, guess.velocity, guess.acceleration)):
             self.x[nodes, :, order] = each[nodes] / self.scale[order]
-        if jerk is not None:
-            self.u[steps, :-1] = jerk[steps] / self.given.jerk
-        self.u[steps, -1] = step[steps] / self.given.step[steps]
+        self.u[steps, :-1] = guess.jerk[steps] / self.given.jerk
+        self.u[steps, -1] = guess.step[steps] / self.given.step[steps]
 
-    def _solved(self, found: kernel.Found) -> Solved:
+    def _solved(self, found: Mapping[str, int]) -> Solved:
+        """Return the motion as it is, of what the kernel said about it."""
         self.last = found
         p, v, a = (self.x[:, :, order] * self.scale[order] for order in range(3))
-        return Solved(
-            self.given.point + p,
-            v,
-            a,
-            self.u[:, :-1] * self.given.jerk,
-            self.u[:, -1] * self.given.step,
-            found["status"],
-            found["iterations"],
-            found["residual"],
-        )
+        jerk, step = self.u[:, :-1] * self.given.jerk, self.u[:, -1] * self.given.step
+        return Solved(self.given.point + p, v, a, jerk, step, found["status"], found["iterations"])
+
+
+def _widths(n: int) -> tuple[dict[str, int], dict[str, int], dict[str, int]]:
+    """Return the widths of the arrays that a search over `n` axes works on, 0 for numbers: those with a row for each node, for each
+    step between two, and for each row of room."""
+    N, U = 3 * n, n + 1
+    return (
+        {
+            "x2": N, "dx": N, "nu": 0, "nu2": 0, "zx": 4 * n, "dzx": 4 * n, "zf": 0, "dzf": 0, "P": N * N, "q": N,
+            "feed_slack": 0, "feed_slope": n,
+        },
+        {
+            "u2": U, "du": U, "lam": N, "lam2": N, "zu": 2 * U, "dzu": 2 * U, "zm": 2 * n + 1, "dzm": 2 * n + 1,
+            "K": U * (N + 1), "middle_slack": 0, "middle": n, "miss": N,
+        },
+        {"zr": 0, "dzr": 0, "row_slack": 0, "row_slope": n},
+    )  # fmt: skip
 
 
 def workspace(n: int, steps: int, rows: int) -> SimpleNamespace:
     """Return arrays for a search over `steps` intervals of `n` axes: steps, multipliers, gains and the cost to go."""
-    N, U = 3 * n, n + 1
-    shapes = {
-        "x2": (steps + 1, N), "u2": (steps, U), "dx": (steps + 1, N), "du": (steps, U), "lam": (steps, N), "lam2": (steps, N),
-        "nu": (steps + 1,), "nu2": (steps + 1,), "lamT": (N,), "lamT2": (N,), "zx": (steps + 1, 4 * n), "dzx": (steps + 1, 4 * n),
-        "zu": (steps, 2 * U), "dzu": (steps, 2 * U), "zr": (rows + 1,), "dzr": (rows + 1,), "zf": (steps + 1,), "dzf": (steps + 1,),
-        "zm": (steps, 2 * n + 1), "dzm": (steps, 2 * n + 1), "P": (steps + 1, N * N), "q": (steps + 1, N), "K": (steps, U * (N + 1)),
-        "seen": (_MOST + 2, 2), "row_slack": (rows + 1,), "row_slope": (rows + 1, n), "feed_slack": (steps + 1,),
-        "feed_slope": (steps + 1, n), "middle_slack": (steps,), "middle": (steps, n), "miss": (steps, N),
-    }  # fmt: skip
-    return SimpleNamespace(**{name: np.zeros(shape) for name, shape in shapes.items()})
+    own = {"lamT": np.zeros(3 * n), "lamT2": np.zeros(3 * n), "seen": np.zeros((_MOST + 2, 2))}
+    for count, widths in zip((steps + 1, steps, rows + 1), _widths(n), strict=True):
+        own |= {name: np.zeros((count, width) if width else count) for name, width in widths.items()}
+    return SimpleNamespace(**own)
 
 
 def _exact(given: Problem, unit: float) -> float:

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from cncgen.geometry import elementary
 from cncgen.planner.tube.deviation import PHASES, Reached, excess, tangled
 from cncgen.planner.tube.programmed import RowLines
-from cncgen.planner.tube.tube_nodes import SHOWN, SPACING, Nodes
+from cncgen.planner.tube.scales import SPACING, Bounds
+from cncgen.planner.tube.tube_nodes import Nodes
 from cncgen.planner.tube.window_judge import too_fast
 from cncgen.planner.tube.window_problem import Problem, Solved
 from cncgen.planner.tube.window_start import Found, again, begun, faster
@@ -19,10 +20,6 @@ from cncgen.planner.tube.window_start import Found, again, begun, faster
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-#: The way that a stop takes, in time of the reference, over which the end of a window is felt: a multiple of v/A + A/J.
-_FELT = 1.2
-#: A limit counts as this multiple, at most, of what a motion may come to.
-_BEYOND = 2.0
 #: By how much more than it is too much room is narrowed where the motion leaves the tolerance between nodes.
 _MORE = 1.1
 #: Part of a window from which on all of it is searched again.
@@ -46,36 +43,6 @@ _BEGIN = 10
 #: Units of search, of some 10 µs each, that a round takes beside its steps, a step of Newton's method at a node of two axes, and the
 #: comparison of a chord with a line.
 _ROUND, _STEP, _CELL = 120, 0.03, 0.004
-
-
-@dataclass(frozen=True, slots=True)
-class Bounds:
-    """The limits of the search: velocity, acceleration and jerk of the axes, shape (axes,) each, scaled, and the period."""
-
-    velocity: Floats
-    acceleration: Floats
-    jerk: Floats
-    period_s: float
-
-    def within(self, tolerance: float, feed: float) -> Bounds:
-        """Return those of a motion that chords between setpoints can keep within a tolerance, at a feed that bounds linear axes.
-
-        A limit that no such motion comes near is a multiple of the most that one may come to: the search counts in limits.
-        """
-        most = tolerance / (SHOWN * self.period_s) ** 3
-        jerk = np.where(np.isfinite(self.jerk), np.minimum(self.jerk, most), np.inf)
-        linear = np.arange(len(self.velocity)) < 3
-        velocity = np.where(linear, np.minimum(self.velocity, _BEYOND * feed), self.velocity)
-        # With full jerk the speed changes from the limit one way to that the other way.
-        acceleration = np.minimum(self.acceleration, _BEYOND * np.sqrt(2.0 * velocity * jerk))
-        return replace(self, velocity=velocity, acceleration=acceleration, jerk=jerk)
-
-    def felt(self, feed: float) -> float:
-        """Return the time over which the end of a window has influence, at a feed that bounds linear axes."""
-        speed = np.where(np.arange(len(self.velocity)) < 3, np.minimum(self.velocity, feed), self.velocity)
-        limited = np.isfinite(self.jerk)
-        times = speed[limited] / self.acceleration[limited] + self.acceleration[limited] / self.jerk[limited]
-        return _FELT * float(times.max())
 
 
 @dataclass(slots=True)
@@ -342,7 +309,7 @@ def _narrower(got: Found, given: Problem, parts: list[tuple[int, int]]) -> tuple
     search, before = got
     guess, steps, spent = again(given, before), len(given.step), 0
     for each, far in ((parts, False), ([(0, steps)], True)):
-        found = search.narrower(given, *guess, each, far)
+        found = search.narrower(given, guess, each, far)
         spent += -(-found.iterations * sum(last - first for first, last in each) // steps)
         if found.status == 1:
             break

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.machine.record import Machine
 from cncgen.planner.tube.deviation import Reached, reached
 from cncgen.planner.tube.handing import Hand
 from cncgen.planner.tube.programmed import Programmed, RowLines
 from cncgen.planner.tube.reference_path import Reference
+from cncgen.planner.tube.scales import Bounds
 from cncgen.planner.tube.tube_nodes import Nodes
 from cncgen.planner.tube.window_judge import REST, holds, joins
 from cncgen.planner.tube.window_problem import Solved
-from cncgen.planner.tube.window_rounds import Bounds, Rounds, Window
+from cncgen.planner.tube.window_rounds import Rounds, Window
 
 Floats = NDArray[np.float64]
 
@@ -37,57 +37,9 @@ Begun = tuple[Window, Solved, float]
 Made = tuple[Rounds, Window, Solved | None]
 
 
-class Following(Protocol):
-    """The source of the windows after one."""
-
-    def __call__(self, begin: int, planned: int) -> tuple[Nodes, int] | None:
-        """Return the nodes of the window after so many nodes, where the one before it has `planned` of them, and after how many of
-        its own the next one begins; None where they are not known yet."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Expected:
-    """A window whose beginning is not known yet.
-
-    Attributes:
-        nodes, final: As of `Window`.
-        path: The rows, from where the window before it begins.
-        goal, allowed, bounds: As of `Rounds`.
-    """
-
-    nodes: Nodes
-    final: int
-    path: RowLines
-    goal: Floats
-    allowed: Floats
-    bounds: Bounds
-
-    def made(self, before: Begun | Future[Made | None]) -> Made | None:
-        """Return its first rounds and what they found, from where a motion is after the final nodes of the window before it.
-
-        None are made where no motion was found there.
-        """
-        phase = _PHASE * self.bounds.period_s
-        if isinstance(before, Future):
-            made = before.result()
-            if made is None or made[2] is None:
-                return None
-            before = made[1], made[2], phase
-        last, motion, first_s = before
-        final, nodes, goals, path = last.final, self.nodes, None, self.path
-        state = np.stack([motion.position[final], motion.velocity[final], motion.acceleration[final]])
-        entry = None
-        if last.goals is not None:
-            period = self.bounds.period_s
-            entry = reached(last.path, last.goals[0], motion, first_s, period, _OVER, final)
-        if entry is not None and entry.line >= path.key[0]:
-            path = path.since(entry.line)
-            key = min(float(nodes.row[-1] + nodes.part[-1]), float(path.key[-1]))
-            line = path.key[min(int(np.searchsorted(path.key, key, side="right")) - 1, len(path.key) - 2)]
-            goals = entry, Reached.at(nodes.point[-1], key, float(line))
-        window = Window(nodes, self.final, state, float(last.nodes.t[final - 1]), False, path, goals)
-        rounds = Rounds(window, self.bounds, self.goal, self.allowed)
-        return rounds, window, rounds.motion if rounds.ahead(phase) else None
+#: Returns the nodes of the window after so many nodes, where the one before it has that many of them, and after how many of its own the
+#: next one begins; None where they are not known yet.
+Following = Callable[[int, int], tuple[Nodes, int] | None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,25 +58,9 @@ class WindowSearch:
         units, bound, share: The work of all searches, in units of some 10 µs, its bound, and that of one window.
     """
 
-    def __init__(
-        self,
-        program: Programmed,
-        machine: Machine,
-        reference: Reference,
-        hand: Hand,
-        limits: tuple[Floats, Floats, Floats],
-    ) -> None:
-        """Take what windows are of.
-
-        Args:
-            program: The rows.
-            machine: Its period.
-            reference: The plan along them.
-            hand: The function that hands on the motions that are found.
-            limits: Shape (axes,) each: velocity, acceleration and jerk.
-        """
-        self.program, self.machine, self.reference, self.hand = program, machine, reference, hand
-        self.bounds = Bounds(*limits, machine.period_s)
+    def __init__(self, program: Programmed, reference: Reference, hand: Hand, bounds: Bounds) -> None:
+        """Take the rows and the plan along them, what hands on the motions that are found, and the limits."""
+        self.program, self.reference, self.hand, self.bounds = program, reference, hand, bounds
         self.units, self.bound, self.share = 0, 0, 0.0
         self.pool = ThreadPoolExecutor(AHEAD, "tube")
         self.ahead: deque[_Ahead] = deque()
@@ -238,17 +174,54 @@ class WindowSearch:
                     return
                 nodes, final = found
                 path = self.program.lines(max(row, self.program.base), int(nodes.row[-1]) + 1)
-                given = _Expected(nodes, final, path, *self._ends(nodes), self.bounds)
-                self.ahead.append(_Ahead(nodes, final, self.pool.submit(given.made, before or begun)))
+                given = nodes, final, path, self._ends(nodes), before or begun
+                self.ahead.append(_Ahead(nodes, final, self.pool.submit(self._made_ahead, *given)))
             each = self.ahead[depth]
             before, row = each.done, int(each.nodes.row[0])
             if each.final == len(each.nodes):
                 return
             end, planned = end + each.final, len(each.nodes)
 
+    def _made_ahead(
+        self,
+        nodes: Nodes,
+        final: int,
+        path: RowLines,
+        ends: tuple[Floats, Floats],
+        before: Begun | Future[Made | None],
+    ) -> Made | None:
+        """Return the first rounds of a window and what they found, from where a motion is after the final nodes of the one before it.
+
+        None are made where no motion was found there.
+
+        Args:
+            nodes, final: As of `Window`.
+            path: The rows, from where the window before it begins.
+            ends: The state where it ends, and the tolerance at its nodes.
+            before: What it begins after.
+        """
+        period, goals = self.bounds.period_s, None
+        if isinstance(before, Future):
+            made = before.result()
+            if made is None or made[2] is None:
+                return None
+            before = made[1], made[2], _PHASE * period
+        last, motion, first_s = before
+        at = last.final
+        state = np.stack([motion.position[at], motion.velocity[at], motion.acceleration[at]])
+        entry = last.goals and reached(last.path, last.goals[0], motion, first_s, period, _OVER, at)
+        if entry is not None and entry.line >= path.key[0]:
+            path = path.since(entry.line)
+            key = min(float(nodes.row[-1] + nodes.part[-1]), float(path.key[-1]))
+            line = path.key[min(int(np.searchsorted(path.key, key, side="right")) - 1, len(path.key) - 2)]
+            goals = entry, Reached.at(nodes.point[-1], key, float(line))
+        window = Window(nodes, final, state, float(last.nodes.t[at - 1]), False, path, goals)
+        rounds = Rounds(window, self.bounds, *ends)
+        return rounds, window, rounds.motion if rounds.ahead(_PHASE * period) else None
+
     def _joins(self, window: Window, found: Solved, end: float) -> bool:
         """Tell whether differences of setpoints hold the limits over both ends of a motion, where the plan goes on."""
-        grid, period = self.reference.grid, self.machine.period_s
+        grid, period = self.reference.grid, self.bounds.period_s
         assert grid is not None
         known = grid.t[-1] >= end + 4.0 * period or grid.v[-1] <= REST
         limits = (self.bounds.velocity, self.bounds.acceleration, self.bounds.jerk)

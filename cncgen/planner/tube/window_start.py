@@ -9,15 +9,11 @@ from numpy.typing import NDArray
 
 from cncgen.kernels import tube_motion
 from cncgen.planner.tube.tube_nodes import Nodes, nearer
-from cncgen.planner.tube.window_problem import Problem, Search, Solved
+from cncgen.planner.tube.window_problem import Guess, Problem, Search, Solved
 
 Floats = NDArray[np.float64]
-#: A problem with steps in time; velocities, accelerations and offsets at its nodes.
-Start = tuple[Problem, Floats, Floats, Floats]
 #: A search, and what it found.
 Found = tuple[Search, Solved]
-#: Times, velocities, accelerations, offsets and jerks.
-Again = tuple[Floats, Floats, Floats, Floats, Floats]
 
 #: Parts of the speed that guesses have, one after the other, and of the acceleration at that speed, at the pace of corners at least; and
 #: of the one that goes before the later ones where corners are near each other, at the pace of the plan. Without the slowest, two of 80
@@ -68,7 +64,8 @@ def _first(given: Problem, nodes: Nodes, near: bool, tangled: bool) -> tuple[Fou
     """Return a search and what it found from the first guess that leads to a solution, and the iterations of all searches."""
     spent = 0
     for number, (part, bent) in enumerate((_SLOW, *_STARTS[1:]) if tangled else _STARTS):
-        search = Search(*_along(given, nodes, part, bent, tangled and not number))
+        guess = _along(given, nodes, part, bent, tangled and not number)
+        search = Search(replace(given, step=guess.step), guess)
         found = search.solve(near)
         spent += found.iterations
         if found.status == 1:
@@ -82,7 +79,7 @@ def faster(one: Found | None, other: Found | None) -> Found | None:
     return min(found, key=lambda each: float(each[1].step.sum()), default=None)
 
 
-def again(given: Problem, before: Solved) -> Again:
+def again(given: Problem, before: Solved) -> Guess:
     """Return a solution, moved into limits and room: the same motion in more time where intervals are held that it is too fast on."""
     within = 1.0 - _PULLED
     slower = max(1.0, _between(given, before) / within)
@@ -95,7 +92,7 @@ def again(given: Problem, before: Solved) -> Again:
     )
     speed *= _down(given, speed, within)
     offset = _inside(given, before.position - given.point, within)
-    return slower * before.step, speed, _bowed(given, offset, bent, within), offset, jerk
+    return Guess(slower * before.step, speed, _bowed(given, offset, bent, within), offset, jerk)
 
 
 def _between(given: Problem, before: Solved) -> float:
@@ -106,7 +103,7 @@ def _between(given: Problem, before: Solved) -> float:
     return float(np.maximum((np.abs(middle) / given.velocity).max(axis=1), along).max(initial=0.0))
 
 
-def _along(given: Problem, nodes: Nodes, part: float, bent: float, slow: bool) -> Start:
+def _along(given: Problem, nodes: Nodes, part: float, bent: float, slow: bool) -> Guess:
     """Return a part of the speed of the plan on its path, at the pace of corners at least unless it is `slow`, with a part of the acceleration of that."""
     steps, speeds = (nodes.plan_step, nodes.plan_speed) if slow else (nodes.step, nodes.speed)
     steps = np.maximum(steps, 1e-3 * nodes.step) / part
@@ -125,7 +122,8 @@ def _along(given: Problem, nodes: Nodes, part: float, bent: float, slow: bool) -
     over |= np.sqrt((middle**2 * given.weight).sum(axis=1)) > 0.5 * (1.0 + _WITHIN) * given.between
     rate[:-1][over] = 0.0
     offset = _inside(given, np.zeros_like(given.point))
-    return replace(given, step=steps), speed, _bowed(given, offset, rate, _WITHIN), offset
+    jerk = np.zeros_like(speed[1:])
+    return Guess(steps, speed, _bowed(given, offset, rate, _WITHIN), offset, jerk)
 
 
 def _down(given: Problem, speed: Floats, within: float) -> Floats:

@@ -24,7 +24,7 @@ def rows(*points: tuple[float, float], tolerance: float = TOLERANCE) -> RowLines
 
 
 def motion(position: Floats, velocity: Floats, acceleration: Floats, jerk: Floats, step: Floats) -> Solved:
-    return Solved(position, velocity, acceleration, jerk, step, 1, 0, 0.0)
+    return Solved(position, velocity, acceleration, jerk, step, 1, 0)
 
 
 def steady(*points: tuple[float, float], nodes: int = 20) -> Solved:
@@ -193,7 +193,6 @@ def test_a_motion_goes_on_from_where_it_may_be() -> None:
         whole.step[30:],
         1,
         0,
-        0.0,
     )
     goal = ends(path, whole)[1]
     assert (excess(path, (there, goal), none(path), rest, 0.0, 1e-3, 0.0)[0] <= 0.0).all()

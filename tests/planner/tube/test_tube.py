@@ -18,7 +18,7 @@ from cncgen.machine.reading import machine_from_toml
 from cncgen.machine.record import Axis, Machine
 from cncgen.planner.tube import window_rounds, window_search
 from cncgen.planner.tube.window_judge import holds, too_fast
-from cncgen.planner.tube.window_problem import Problem, Search, Solved
+from cncgen.planner.tube.window_problem import Guess, Problem, Search, Solved
 from cncgen.planner.tube.window_rounds import Rounds
 from cncgen.planner.tube.window_search import WindowSearch
 from cncgen.planner.tube.window_start import drawn_together
@@ -522,11 +522,16 @@ def straight(length: float, nodes: int) -> tuple[Problem, Floats]:
     return given, velocity[:, None] * t
 
 
+def begun_at(given: Problem, velocity: np.ndarray) -> Search:
+    still = np.zeros_like(velocity)
+    return Search(given, Guess(given.step, velocity, still, still, still[1:]))
+
+
 def test_a_straight_line_takes_the_time_of_the_seven_phase_profile() -> None:
     """Each axis goes L/√2; A and V are not reached: four phases of (L/2/J)^(1/3) (Biagiotti and Melchiorri (2008), 3.4)."""
     length = 4.0
     given, velocity = straight(length, 200)
-    found = Search(given, velocity).solve()
+    found = begun_at(given, velocity).solve()
     least = 4.0 * np.cbrt(length * np.sqrt(0.5) / 2.0 / J)
     assert (J * least / 4.0) < A
     assert found.status == 1
@@ -547,7 +552,7 @@ def test_a_part_of_the_room_lies_within_the_room_where_the_plan_is_outside() -> 
 
 def test_motion_between_nodes_is_that_of_constant_jerk() -> None:
     given, velocity = straight(4.0, 60)
-    found = Search(given, velocity).solve()
+    found = begun_at(given, velocity).solve()
     h, x, v, a = found.step[:, None], found.position, found.velocity, found.acceleration
     assert np.abs(x[:-1] + h * (v[:-1] + h * (a[:-1] / 2 + h * found.jerk / 6)) - x[1:]).max() < 1e-9
     assert np.abs(v[:-1] + h * (a[:-1] + h * found.jerk / 2) - v[1:]).max() < 1e-5
@@ -558,7 +563,7 @@ def test_motion_between_nodes_is_that_of_constant_jerk() -> None:
 def diagonal(period_s: float) -> tuple[Problem, Solved]:
     given, velocity = straight(4.0, 60)
     given = replace(given, period_s=period_s)
-    return given, Search(given, velocity).solve()
+    return given, begun_at(given, velocity).solve()
 
 
 @pytest.mark.parametrize("period_s", [1e-3, 1e-4])
@@ -591,7 +596,7 @@ def test_the_judge_looks_between_nodes() -> None:
     velocity, jerk = shape.copy(), np.array([[0.0, -60.0, 0.0]])
     velocity[:, 2] = 40.0
     acceleration = np.array([[0.0, 60.0, 0.0], [0.0, -60.0, 0.0]])
-    found = Solved(shape, velocity, acceleration, jerk, np.array([2.0]), 1, 0, 0.0)
+    found = Solved(shape, velocity, acceleration, jerk, np.array([2.0]), 1, 0)
     for top, feed, over in ((30.01, 50.01, False), (29.99, 50.01, True), (30.01, 49.99, True)):
         assert too_fast(found, np.array([100.0, top, 100.0]), np.array([feed]), 3).tolist() == [over]
 
@@ -930,7 +935,7 @@ def test_parts_that_are_searched_again_are_those_of_the_whole_window(monkeypatch
     narrower = Search.narrower
 
     def seen(self: Search, *given: object) -> Solved:
-        searched.append(given[6])  # type: ignore[arg-type]
+        searched.append(given[2])  # type: ignore[arg-type]
         return narrower(self, *given)  # type: ignore[arg-type]
 
     monkeypatch.setattr(Search, "narrower", seen)
