@@ -138,6 +138,10 @@ def test_a_program_that_turns_has_diameters_unless_it_says_otherwise(run: Any, p
         ("X1 Y1\nANG=90 Y4", [(1, 1, 0), (1, 4, 0)]),
         ("G91 X2\nANG=45 Y3", [(2, 0, 0), (5, 3, 0)]),
         ("G18 DIAMON\nG0 X20 Z0\nG1 ANG=135 X40", [(10, 0, 0), (20, 0, -10)]),
+        # Two straight lines: they meet above the middle, at half of the base times the tangent of 30 degrees.
+        ("ANG=30\nX10 Y0 ANG=-30", [(5, 5 / 3**0.5, 0), (10, 0, 0)]),
+        ("ANG=0 CHR=2\n;\nX10 Y10 ANG=90", [(8, 0, 0), (10, 2, 0), (10, 10, 0)]),
+        ("G18 DIAMON\nG0 X20 Z0\nG1 ANG=180 F50\nX40 Z-10 ANG=90 F100\nZ-20", [(10, 0, 0), (10, 0, -10), (20, 0, -10), (20, 0, -20)]),
     ],
 )  # fmt: skip
 def test_lines_by_their_angle(moves: Any, body: str, expected: list[tuple[float, float, float]]) -> None:
@@ -145,9 +149,26 @@ def test_lines_by_their_angle(moves: Any, body: str, expected: list[tuple[float,
     assert found == [pytest.approx(point, abs=1e-6) for point in expected]
 
 
-@pytest.mark.parametrize("body", ["ANG=30", "ANG=30 X1 Y1", "ANG=90 X5", "G2 ANG=30 X5 CR=9"])
+@pytest.mark.parametrize(
+    "body",
+    [
+        "ANG=30",
+        "ANG=30 X1 Y1",
+        "ANG=90 X5",
+        "G2 ANG=30 X5 CR=9",
+        "ANG=30\nX5",
+        "ANG=30\nX5 Y5 ANG=30",
+        "ANG=30\nX5 Y0 ANG=150",
+        "ANG=30\nG91 X5 Y0 ANG=-30",
+        "ANG=30\nF20 M8\nG2 X5 Y5 CR=9",
+    ],
+)
 def test_lines_whose_angle_leads_nowhere(run: Any, body: str) -> None:
-    assert [e[:2] for e in run(f"F100\n{body}\nM30", dialect="sinumerik").errors] == [("drawing-angle", 2)]
+    (fault,) = (
+        d for d in run(f"F100\n{body}\nM30", dialect="sinumerik").diagnostics if d.severity == "error"
+    )
+    assert fault.code == "drawing-angle"
+    assert fault.span.line == 2 or "of line 2" in fault.message
 
 
 def test_milling_cycles_need_no_feed_beside_their_own(moves: Any) -> None:

@@ -161,6 +161,8 @@ class Motions:
         self.soft_in_plane, self.soft_side = False, 2
         self.soft: soft_approach.Soft | None = None
         self.before = ("G1", 0.0)
+        #: A line by its angle alone, which the next one ends.
+        self.angled: polar.Angled | None = None
         #: How the tool turns in one block, "axes", "plane" or unsaid, and whether its directions are those of the machine.
         self.turning = ""
         self.machine_vectors = False
@@ -500,6 +502,9 @@ class Motions:
             soft, self.soft = self.soft, None
             self.ip.state.position = soft.begin
             raise soft.fault("is not followed by a motion in the plane")
+        if self.angled is not None:
+            angled, self.angled = self.angled, None
+            raise angled.fault("is not followed by a line to a point at an angle")
 
     def set_path(self, name: str, tolerance: float | None) -> None:
         """Take a mode of the path: G60, G64 and kin with a tolerance."""
@@ -517,6 +522,7 @@ class Motions:
             self.motion in _PLAIN
             and self.curve is None
             and self.soft is None
+            and self.angled is None
             and (self.modal is None or self.in_modal)
             and self.rounding == 0.0
             and not self.carried
@@ -573,6 +579,10 @@ class Motions:
             if self.motion == "BSPLINE" and "SD" in words.named:
                 self.degree = words.named.pop("SD")[1]
             return False
+        if self.angled is not None:
+            polar.meet(self, words)
+        elif polar.wait(self, words):
+            return True
         end = self.end_of(words)
         if {53, 153} & set(words.g) or "SUPA" in words.commands:
             self.settle()

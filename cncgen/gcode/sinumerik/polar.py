@@ -1,9 +1,10 @@
-"""Places of SINUMERIK by an angle: AP and RP about the pole, and ANG, a line at an angle up to one coordinate."""
+"""Places of SINUMERIK by an angle: AP and RP about the pole, and ANG, a line at an angle up to one coordinate, or up to the next line."""
 
 from __future__ import annotations
 
 import cmath
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import AXES
@@ -11,6 +12,7 @@ from cncgen.gcode.errors import BlockError
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions, Words
+    from cncgen.gcode.text.labels import Cursor
 
 #: Part of a line's length that it must lead along the axis whose coordinate bounds it (ANG).
 _STEEP = 1e-9
@@ -27,12 +29,88 @@ def angle_end(motions: Motions, words: Words, end: list[float]) -> None:
         message = (
             f"ANG does not lead to a point: a line at an angle has {names}, one of them, that it comes to"
         )
-        hint = "ANG=135 X40; two lines by their angles alone are not read"
+        hint = "ANG=135 X40; a line by its angle alone ends where the line of the next block, with both and ANG, meets it"
         raise BlockError("drawing-angle", message, "ANG", hint=hint)
     column, other = (first, second) if given == [first] else (second, first)
     start = motions.ip.state.position
     end[other] = start[other] + (end[column] - start[column]) * across / along
     words.axes[AXES[other].upper()] = "AC", end[other]
+
+
+@dataclass(slots=True)
+class Angled:
+    """A line by its angle alone, which waits for the line that ends it.
+
+    Attributes:
+        angle: From the first axis of the plane, degrees.
+        corner: What stands at its end, as words of the interpreter.
+        here: Its block.
+        motion: G0 or G1. feed: F of the block.
+    """
+
+    angle: float
+    corner: dict[str, float]
+    here: Cursor
+    motion: str
+    feed: float
+
+    def fault(self, what: str) -> BlockError:
+        """Return the error of a line that nothing ends."""
+        message = f"ANG={self.angle:g} of line {self.here.line}, a line by its angle alone, {what}"
+        hint = "the next block has both coordinates of its plane, and ANG of the line that leads there"
+        return BlockError("drawing-angle", message, "ANG", hint=hint)
+
+
+def wait(motions: Motions, words: Words) -> bool:
+    """Keep a line by its angle alone until the next line is known; tell whether the block is one."""
+    if (
+        words.named.keys().isdisjoint(("ANG",))
+        or words.axes
+        or motions.motion not in ("G0", "G1")
+        or motions.modal
+    ):
+        return False
+    angle = words.named.pop("ANG")[1]
+    corner = motions.corner(words) if motions.motion == "G1" else {}
+    motions.angled = Angled(angle, corner, motions.here, motions.motion, motions.ip.state.feed)
+    return True
+
+
+def meet(motions: Motions, words: Words) -> None:
+    """Make the line that waits, up to where it meets the line of this block: two straight lines, the end and both angles known
+    (840D sl, Fundamentals, "Contour definitions: two straight lines")."""
+    line, motions.angled = motions.angled, None
+    assert line is not None
+    first, second, _ = motions.plane()
+    names = {AXES[first].upper(), AXES[second].upper()}
+    if "ANG" not in words.named or not names <= words.axes.keys() or motions.motion not in ("G0", "G1"):
+        raise line.fault("is not followed by a line to a point at an angle")
+    if any(mode == "IC" or (mode == "" and not motions.absolute) for mode, _ in words.axes.values()):
+        raise line.fault("is followed by increments, which count from where the lines meet: that is not read")
+    other = words.named.pop("ANG")[1]
+    way, there = (cmath.rect(1.0, math.radians(angle)) for angle in (line.angle, other))
+    end = motions.end_of(words)
+    start, last = motions.here_in_plane(), complex(end[first], end[second])
+    across = (way.conjugate() * there).imag
+    if abs(across) < _STEEP:
+        raise line.fault(f"and the line at ANG={other:g} behind it are parallel: they do not meet")
+    size = ((last - start).conjugate() * there).imag / across
+    place = start + way * size
+    if size < 0.0 or ((last - place).conjugate() * there).real < 0.0:
+        which = f"{AXES[first]}{place.real:.3f} {AXES[second]}{place.imag:.3f}".upper()
+        raise line.fault(
+            f"meets the line at ANG={other:g} in {which}, against the direction of one of the angles"
+        )
+    here, feed = motions.here, motions.ip.state.feed
+    motions.here = line.here
+    own = {"f": line.feed} if line.feed and line.feed != feed else {}
+    motions.emit(
+        {AXES[first]: place.real, AXES[second]: place.imag, **own, **line.corner},
+        (0 if line.motion == "G0" else 10,),
+    )
+    motions.here = here
+    if own:
+        motions.emit({"f": feed})
 
 
 def polar_end(motions: Motions, words: Words, end: list[float]) -> None:
