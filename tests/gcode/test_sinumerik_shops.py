@@ -1068,3 +1068,37 @@ def test_arrays_of_a_subprogram_that_nothing_calls(run: Run) -> None:
     out = run(text, dialect="sinumerik")
     assert out.errors == []
     assert out.path.end[-1, :2].tolist() == [4, 0]
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        ("$R[20]=4\nX=$R[20]+R20", [8]),
+        ("LAB1: $AC_MARKER[1]=$AC_MARKER[1]+1\nX=$AC_MARKER[1]\nIF $AC_MARKER[1]<3 GOTOB LAB1", [1, 2, 3]),
+        ("$SC_DRY_RUN_FEED=5\nX=$SC_DRY_RUN_FEED", [5]),
+        ("ACC[S1]=50 VELOLIM[S1]=100\nH0=3 H[0]=4 X1", [1]),
+        ("CUTCONOF COMPPATH\nSTOLF=2 ATOL[C]=1 CUTMOD=0 OVRRAP=100 X1", [1]),
+    ],
+)
+def test_memory_of_the_channel_and_idle_words(run: Any, body: str, expected: list[float]) -> None:
+    """840D sl, Job planning and List of system variables: $R is R, $AC_MARKER is 0 until a program sets it."""
+    out = run(f"G1 F100\n{body}\nM30", dialect="sinumerik")
+    assert out.errors == []
+    assert out.path.end[out.path.kind < 3, 0].tolist() == expected
+
+
+def test_the_cutting_speed_gives_the_speed_of_the_spindle(calls: Any) -> None:
+    """SVC: 100 m a minute at the edge of a tool 10 mm wide are 100 / (0.01 pi) revolutions a minute; M[0] and M0= are the master spindle."""
+    out = calls("$TC_DP6[1,1]=5\nT1 D1 SVC=100 M0=3\nM[0]=5\nSVC[1]=50\nM30", dialect="sinumerik")
+    speeds = [float(line[:-1].split(", ")[1]) for line in out if line.startswith("SET_SPINDLE_SPEED")]
+    assert speeds == pytest.approx([100 / (0.01 * math.pi), 50 / (0.01 * math.pi)], abs=1e-4)
+    assert "START_SPINDLE_CLOCKWISE(0)" in out
+
+
+@pytest.mark.parametrize(
+    "word", ["TOFFL=1", "PTP", "INVCW X5", "FXS[X]=1", "CUTCONON", "CUTMOD=2", "FPO(1,2)"]
+)
+def test_commands_that_are_not_read_are_named_as_such(run: Any, word: str) -> None:
+    (fault,) = (d for d in run(f"{word}\nM30", dialect="sinumerik").diagnostics if d.severity == "error")
+    assert fault.code == "not-read"
+    assert " (" in fault.message

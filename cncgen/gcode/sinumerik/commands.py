@@ -24,20 +24,20 @@ if TYPE_CHECKING:
 MACHINE_AXES = ("X1", "Y1", "Z1", "A1", "B1", "C1")
 #: Names of words that take a value by =.
 NAMED = frozenset(
-    [*MACHINE_AXES, *orientation.VECTOR, *orientation.ANGLES, *measuring.WORDS, *(f"S{k}" for k in range(10)), *(f"M{k}" for k in range(1, 100)),
+    [*MACHINE_AXES, *orientation.VECTOR, *orientation.ANGLES, *measuring.WORDS, *(f"S{k}" for k in range(10)), *(f"M{k}" for k in range(100)),
      "AP", "RP", "FP", "CR", "AR", "ANG", "TURN", "I1", "J1", "K1", "RND", "RNDM", "CHF", "CHR", "FRC", "FRCM", "ADIS", "ADISPOS",
      "CTOL", "OTOL", "CTOLG0", "OTOLG0", "PW", "PL", "SD", "RPL", "SPOS", "SPOSA", "SF", "PO", "DISC", "DISR", "DISCL", "DISRP",
-     "OFFN", "OVR", "PIT", "DITS", "DITE", "FB", "FZ", "FAD", "SCC", "LIMS", "PRIO", "ALF", "H1", "H2", "D1", "T1", "T2", "T3",]
+     "OFFN", "OVR", "PIT", "DITS", "DITE", "FB", "FZ", "FAD", "SCC", "LIMS", "PRIO", "ALF", "H0", "H1", "H2", "D1", "SVC", "OVRRAP", "STOLF", "CUTMOD", "T1", "T2", "T3",]
 )  # fmt: skip
 #: Words that change how the control moves, not where to: accepted.
 _ACCEPTED = frozenset(
     [
      "SOFT", "BRISK", "DRIVE", "SOFTA", "BRISKA", "FFWON", "FFWOF", "FIFOCTRL", "STARTFIFO", "STOPFIFO",
-     "UPATH", "SPATH", "COMPON", "COMPCURV", "COMPCAD", "COMPOF", "COMPSURF", "NORM", "STOPRE", "ORISON", "ORISOF", "RTLION",
+     "UPATH", "SPATH", "COMPON", "COMPCURV", "COMPCAD", "COMPOF", "COMPSURF", "COMPPATH", "NORM", "STOPRE", "ORISON", "ORISOF", "RTLION",
      "CDOF", "CDOF2", "CDON", "CUT2D", "CUT2DF", "WALIMON", "WALIMOF", "DYNNORM", "DYNPOS", "DYNROUGH", "DYNSEMIFIN", "DYNFINISH",
      "DYNPREC", "SBLON", "SBLOF", "DISPLOF", "DISPLON", "FNORM", "FLIN", "FCUB", "CPRECON", "CPRECOF", "POLYPATH", "BAUTO", "BNAT",
      "BTAN", "EAUTO", "ENAT", "ETAN", "NEWCONF", "WAITP", "FPRAOFF", "LFON", "LFOF", "SPCON", "SPCOF", "SAVE", "ACTBLOCNO",
-     "DELAYFSTON", "PCALL", "DELAYFSTOF", "IPTRLOCK", "IPTRUNLOCK", "FENDNORM", "ORIC", "ORID", "OSC", "OSS", "OSSE", "OSD", "OST", "OSOF", "PAROTOF", "TOFFOF", "TOFRAMEOF", "CUTMODOF", "DRFOF", "LIFTFAST", "CP",
+     "DELAYFSTON", "PCALL", "DELAYFSTOF", "IPTRLOCK", "IPTRUNLOCK", "FENDNORM", "ORIC", "ORID", "OSC", "OSS", "OSSE", "OSD", "OST", "OSOF", "PAROTOF", "TOFFOF", "TOFRAMEOF", "CUTMODOF", "CUTCONOF", "STOPREOF", "CLGOF", "GWPSOF", "TMOF", "FTOCOF", "POLFMASK", "POLFMLIN", "DRFOF", "LIFTFAST", "CP",
      # Coordinates in which wear of tools counts, which the tool table has none of.
      "TOWSTD", "TOWWCS", "TOWBCS", "TOWMCS", "TOWTCS", "TOWKCS",
     ]
@@ -64,6 +64,16 @@ _NAMED_NOT_READ = {
     **dict.fromkeys(("TOFRAME", "TOFRAMEX", "TOFRAMEY", "TOFRAMEZ", "TOROTX", "TOROTY"), "a frame along the tool; TOROT turns the programmed one so"),
     **dict.fromkeys(("TCARR", "TCOABS", "TCOFR", "PAROT"), "an oriented tool carrier or workpiece"),
     **dict.fromkeys(("WHENEVER", "WHEN", "EVERY", "DO", "ID", "IDS"), "a synchronous action"),
+    **dict.fromkeys(("PTP", "PTPG0", "PTPWOC"), "motions from point to point under a transformation"),
+    **dict.fromkeys(("INVCW", "INVCCW"), "an involute"),
+    **dict.fromkeys(("TOFF", "TOFFL", "TOFFR", "TOFFLR", "TOFFON", "DL", "FTOCON", "PUTFTOC", "PUTFTOCF"), "an offset beside the tool's data"),
+    **dict.fromkeys(("FXS", "FXST", "FXSW", "FOCON"), "a motion against a stop"),
+    **dict.fromkeys(("OS", "OSP1", "OSP2", "OST1", "OST2", "OSCILL"), "an axis that goes to and fro"),
+    **dict.fromkeys(("CUTMOD", "CUTCONON", "CLGON", "ISD"), "cutter compensation other than in the plane"),
+    **dict.fromkeys(("GWPSON", "TMON"), "the tool of a grinding machine"),
+    **dict.fromkeys(("ADDFRAME", "FRAME", "CORROF"), "a frame as a value"),
+    "ORIRESET": "a turn of the rotary axes to where they begin",
+    "FPO": "a feed by a polynomial",
     "CROTS": "a rotation by solid angles as a frame",
     "PRESETON": "another position of an axis",
     "BLOCK": "a part of another program",
@@ -252,11 +262,17 @@ def _spindle_place(motions: Motions, words: Words, name: str, at: Scalar, mode: 
 
 def _spindle_function(motions: Motions, words: Words, name: str, at: Scalar, mode: str, value: float) -> None:
     """M[1]=3, S[1]=500: a function or the speed of a spindle; those of other spindles than the master move nothing."""
-    spindle = round(number(at, "the number of a spindle"))
+    spindle = round(number(at, "the number of a spindle")) or motions.master
     if name == "S":
         words.named["S" if spindle == motions.master else f"S{spindle}"] = mode, value
     elif spindle == motions.master:
         words.m.append(round(value))
+
+
+def _speed_of_cut(motions: Motions, words: Words, name: str, at: Scalar, mode: str, value: float) -> None:
+    """SVC[n]=: the cutting speed of the tool of a spindle."""
+    if round(number(at, "the number of a spindle")) == motions.master:
+        words.named["SVC"] = mode, value
 
 
 def _master(motions: Motions, name: str, values: list[Scalar | None]) -> None:
@@ -349,10 +365,14 @@ INDEXED: dict[str, Callable[[Motions, Words, str, Scalar, str, float], None]] = 
     **dict.fromkeys(("M", "S"), _spindle_function),
     "G": _of_group,
     **dict.fromkeys(("SPOS", "SPOSA"), _spindle_place),
+    "SVC": _speed_of_cut,
     **dict.fromkeys(
-        ("ACC", "FL", "OVRA", "VELOLIM", "ACCLIM", "JERKLIM", "VELOLIMA", "ACCLIMA", "JERKLIMA"), _limit
+        ("ACC", "FL", "OVRA", "VELOLIM", "ACCLIM", "JERKLIM", "VELOLIMA", "ACCLIMA", "JERKLIMA"),
+        _limit,
     ),
     "FGREF": _radius_of_feed,
+    # An auxiliary function goes to the PLC of the machine, a tolerance of an axis to its smoothing.
+    **dict.fromkeys(("H", "ATOL"), lambda motions, words, name, at, mode, value: None),
     "LIMS": _limit_of_spindle,
 }
 
@@ -541,7 +561,7 @@ CALLS: dict[str, Callable[[Motions, str, list[Scalar | None]], None]] = {
     **measuring.CYCLES,
     **dict.fromkeys(("INIT", "START", "WAITE", "GET", "GETD", "RELEASE"), _other_channel),
     **dict.fromkeys(
-        ("WORKPIECE", "CYCLE832", "WAITM", "SETM", "CLEARM", "GETSELT", "STOPRE", "FIFOCTRL",
+        ("WORKPIECE", "CYCLE832", "TRAILOF", "LEADOF", "EGOFS", "POLFMASK", "POLFMLIN", "WAITM", "SETM", "CLEARM", "GETSELT", "STOPRE", "FIFOCTRL",
          "FLIM", "VELOLIM", "ACCLIM", "DISPLOF", "SOFTA", "BRISKA", "SPCON", "SPCOF", "CPROT", "GROUP_BEGIN", "GROUP_END", "GROUP_ADDEND",
          "F_HEAD", "E_HEAD", "E_END", "F_END", "PROTD", "WAITP", "WAITS", "WAITMC",
          "MMC", "WRITE", "DELETE", "CLRINT", "ENABLE", "DISABLE", "CANCEL", "SETPIECE", "COARSEA", "FINEA", "IPOENDA",

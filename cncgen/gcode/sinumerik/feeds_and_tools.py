@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import TYPE_CHECKING
 
@@ -45,6 +46,12 @@ def modal_values(motions: Motions, words: Words) -> None:
         motions.override = percent / 100.0
         if feed and "F" not in words.named:
             motions.emit({"f": feed * motions.override / before})
+    if "OVRRAP" in words.named:
+        commands.INDEXED["ACC"](motions, words, "OVRRAP", "", *words.named.pop("OVRRAP"))
+    if words.named.get("CUTMOD", ("", 1.0))[1] == 0.0:
+        del words.named["CUTMOD"]
+    elif "CUTMOD" in words.named:
+        commands.check_name("CUTMOD")
     if "OFFN" in words.named:
         value = words.named.pop("OFFN")[1]
         if value != motions.allowance and motions.ip.state.compensation != 40:
@@ -81,6 +88,7 @@ def take(motions: Motions, words: Words) -> None:
     tool = words.named.pop("T", None)
     if tool is not None:
         out["t"] = tool[1]
+    cut = words.named.pop("SVC", None)
     changes = 6 in words.m
     if out or changes:
         motions.emit(out, (), (60,) if changes else ())
@@ -96,6 +104,22 @@ def take(motions: Motions, words: Words) -> None:
     if changes or edge is not None:
         motions.edge = whole("D", edge[1]) if edge is not None else 1
         commands.take_edge(motions)
+    if cut is not None:
+        _cut_at(motions, cut[1])
+
+
+def _cut_at(motions: Motions, speed: float) -> None:
+    """SVC=: turn so fast that the edge of the tool cuts at a speed in m a minute, in G70 and G700 feet a minute (840D sl, Fundamentals,
+    "Cutting rate (SVC)")."""
+    diameter = 2.0 * motions.ip.tool_radius()
+    if diameter <= 0.0:
+        message = f"SVC={speed:g} needs the diameter of the tool, which no tool table gives: the speed of the spindle stays"
+        motions.ip.warn_once(
+            BlockError("cutting-speed", message, "SVC", hint="S is the speed; --tool-table has the diameter")
+        )
+        return
+    way = 12.0 if motions.ip.state.inches else 1000.0
+    motions.emit({"s": way * speed / (math.pi * diameter)})
 
 
 def _feed_of_teeth(motions: Motions, feed: float) -> float:
@@ -121,7 +145,7 @@ def functions(motions: Motions, words: Words) -> bool:
     for name in list(words.named):
         if name[0] == "M" and name[1:].isdigit():
             value = whole("M", words.named.pop(name)[1])
-            if name == f"M{motions.master}" or int(name[1:]) > _MOST_SPINDLES:
+            if name in ("M0", f"M{motions.master}") or int(name[1:]) > _MOST_SPINDLES:
                 words.m.append(value)
     ended = False
     for code in words.m:

@@ -56,7 +56,24 @@ _MOTIONS = {0: "G0", 1: "G1", 2: "G2", 3: "G3", 33: "G33", 331: "G331", 332: "G3
 _PLAIN = {"G0": 0, "G1": 10, "G2": 20, "G3": 30}
 #: Words that mean nothing where nothing uses them, as the feed of a corner in a block without one.
 _IDLE = frozenset(
-    ["FRC", "H", "H1", "H2", "SPOS", "SPOSA", "LIMS", "DISC", "FAD", "OTOL", "CTOLG0", "OTOLG0", "N", "ALF"]
+    [
+        "FRC",
+        "H",
+        "H0",
+        "H1",
+        "H2",
+        "SPOS",
+        "SPOSA",
+        "LIMS",
+        "DISC",
+        "FAD",
+        "OTOL",
+        "CTOLG0",
+        "OTOLG0",
+        "STOLF",
+        "N",
+        "ALF",
+    ]
 )
 #: Codes of motions at a feed.
 _FED = frozenset((10, 20, 30, 50))

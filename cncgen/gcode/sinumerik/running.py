@@ -152,7 +152,7 @@ class SinumerikRunner(LanguageRun[Program]):
 
     def _counters(self) -> object:
         scalars = [[v.values[0] for v in scope.values()] for scope in self.store.scopes]
-        return super()._counters(), self.store.r, scalars
+        return super()._counters(), self.store.r, self.store.memory(), scalars
 
     def _line(self, frame: Frame, at: int) -> None:
         line = frame.program.lines[at]

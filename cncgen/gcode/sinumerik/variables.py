@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from array import array
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -16,6 +17,12 @@ from cncgen.gcode.sinumerik.expressions import IS_FILE, Scalar, number
 MOST_R = 32_767
 #: Outputs of the control and data of its PLC, which move nothing.
 _OUTPUTS = frozenset(("$A_OUT", "$A_OUTA", "$A_DBB", "$A_DBW", "$A_DBD", "$A_DBR"))
+#: Memory of the channel, 0 until a program sets it.
+_MARKERS = frozenset(("$AC_MARKER", "$AC_PARAM"))
+#: Data of the machine and settings of its operator, which a program may write: $SC_…, $MA_….
+_SETTINGS = re.compile(r"\$[MS][ACN]_")
+#: A spindle by its name, as an index or an argument: ACC[S1].
+_SPINDLE = re.compile(r"S[1-9]\d?")
 #: What the machine tells the program: its inputs.
 _INPUTS = frozenset(("$A_IN", "$A_INA", "$A_INCO"))
 #: The axes of the plane in force, and the one across it.
@@ -69,6 +76,8 @@ class Store:
         self.touched: tuple[list[float], list[float]] | None = None
         #: Outputs, and data shared with the PLC, that the program has set, by name and number.
         self._sent: dict[tuple[str, Scalar], Scalar] = {}
+        #: Settings of the machine that the program has written, by their names and indices.
+        self._settings: dict[tuple[Scalar, ...], Scalar] = {}
 
     def define(self, kind: str, name: str, bounds: tuple[int, ...], values: list[Scalar]) -> None:
         """Define a variable of the program in progress."""
@@ -109,6 +118,10 @@ class Store:
         variable = self._found(name)
         return variable if variable is not None and variable.bounds else None
 
+    def memory(self) -> object:
+        """Return what the program has kept in outputs, markers and settings."""
+        return dict(self._sent), dict(self._settings)
+
     def parameter(self, index: float) -> float:
         """Return R[index]."""
         return self.r[self._number(index)]
@@ -132,15 +145,27 @@ class Store:
             return float(self.is_file(indices[0]))
         if name.startswith("$"):
             return self._system(name, indices)
-        if (name in "XYZABCUVW" or name in frame_variables.PARTS) and not indices:
+        if (name in "XYZABCUVW" or name in frame_variables.PARTS or _SPINDLE.fullmatch(name)) and not indices:
             return name
         hint = f"DEF REAL {name} at the top of the program; a parameter of PROC has a value where a program calls it"
         raise BlockError("variable-unknown", f"{name} has no value: no DEF gives it one", name, hint=hint)
 
     def set_value(self, name: str, indices: list[Scalar], value: Scalar) -> None:
         """Set a variable."""
-        if name in _OUTPUTS and len(indices) == 1:
+        if name == "$R" and len(indices) == 1:
+            self.set_parameter(number(indices[0], "the number of R"), value)
+            return
+        if (name in _OUTPUTS or name in _MARKERS) and len(indices) == 1:
             self._sent[name, indices[0]] = value
+            return
+        if _SETTINGS.match(name):
+            self._settings[name, *indices] = value
+            message = (
+                f"{name} is a setting of the machine: what the program writes is kept, and does not act here"
+            )
+            hint = "the machine file has what is known of the machine here"
+            self.ip.warn_once(BlockError("machine-data", message, name, hint=hint))
+            return
         if name in _COUNTERS or name in _OUTPUTS:
             return
         if tool_data.names(name):
@@ -180,6 +205,12 @@ class Store:
             return 0.0
         if (name in _INPUTS or name in _OUTPUTS) and len(indices) == 1:
             return self._signal(name, indices[0])
+        if name in _MARKERS and len(indices) == 1:
+            return self._sent.get((name, indices[0]), 0.0)
+        if name == "$R" and len(indices) == 1:
+            return self.parameter(number(indices[0], "the number of R"))
+        if (name, *indices) in self._settings:
+            return self._settings[name, *indices]
         if tool_data.names(name):
             return self.tools.value(name, indices)
         if name == "$P_GG" and len(indices) == 1:
