@@ -369,3 +369,25 @@ def test_a_called_program_has_its_own_unit_and_keeps_the_feed(
     moves = out.path.kind != 3
     assert out.path.end[moves, 0].tolist() == pytest.approx([5.0, there, 50.0, 21.0])
     assert out.path.feed[moves].tolist() == pytest.approx([300.0 / 60.0] * 4)
+
+
+def test_local_parameters_are_those_of_one_program(run: Any, tmp_path: Path) -> None:
+    """TNC 640, ISO programming 3/2014, "Principle and overview of functions": "Local parameters QL are only effective within the respective
+    program, and are not applied as part of program calls"; Q is global."""
+    (tmp_path / "SUB.H").write_text(
+        "0 BEGIN PGM SUB MM\n1 L X+QL1 Y+Q5 FMAX\n2 QL1 = 7\n3 Q5 = 9\n4 END PGM SUB MM\n"
+    )
+    text = "0 BEGIN PGM M MM\n1 TOOL CALL 1 Z S1000\n2 QL1 = 5\n3 Q5 = 1\n4 CALL PGM SUB\n5 CALL PGM SUB\n6 L X+QL1 Y+Q5 FMAX\n7 END PGM M MM\n"
+    path = run(text, include=(tmp_path,)).path
+    assert path.end[path.kind < 3][:, :2].tolist() == [[0, 1], [0, 9], [5, 9]]
+
+
+def test_a_program_that_is_called_and_ends_with_m30_is_told(run: Any, tmp_path: Path) -> None:
+    """iTNC 530, "Separate program as subprogram": "The called program must not contain the miscellaneous functions M2 or M30"."""
+    for last, codes in (("", []), ("M30\n", ["called-end"])):
+        (tmp_path / "SUB.H").write_text(f"0 BEGIN PGM SUB MM\n1 L X+1 FMAX\n{last}9 END PGM SUB MM\n")
+        out = run(
+            "0 BEGIN PGM M MM\n1 CALL PGM SUB\n2 L X+2 FMAX\n3 M30\n4 END PGM M MM\n", include=(tmp_path,)
+        )
+        assert [d.code for d in out.diagnostics if d.severity == "warning"] == codes
+        assert out.path.end[out.path.kind < 3][:, 0].tolist() == [1, 2]

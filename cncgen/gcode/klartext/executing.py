@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -221,12 +222,16 @@ class Execution(ProgramText):
         file = name if "." in name else f"{name}.H"
         program = self.program_of(name, f"there is no program {file}", "PGM", INCLUDE)
         program.ends.clear()
-        frame, inches = Frame(program), self.ip.state.inches
-        frame.back = lambda: self._take_units(inches)
+        frame, inches, numbers = Frame(program), self.ip.state.inches, self.ip.parameters.numbers
+        own = numbers[plain_language.LOCAL]
+        frame.back = lambda: self._take_back(inches, own)
         self.enter(frame, "CALL")
+        numbers[plain_language.LOCAL] = array("d", bytes(8 * len(own)))
 
-    def _take_units(self, inches: bool) -> None:
-        """Go on in the unit of the caller: MM and INCH of BEGIN PGM are those of one program."""
+    def _take_back(self, inches: bool, own: array[float]) -> None:
+        """Go on with the unit and the QL of the caller: MM and INCH of BEGIN PGM, and QL, are those of one program (TNC 640, ISO
+        programming 3/2014, "Principle and overview of functions": they are "not applied as part of program calls")."""
+        self.ip.parameters.numbers[plain_language.LOCAL] = own
         if self.ip.state.inches != inches:
             self._execute(Block({}, g=(200 if inches else 210,)))
 

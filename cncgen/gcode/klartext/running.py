@@ -83,6 +83,13 @@ class HeidenhainRunner(ContourLines):
         """Run what a line says."""
         run = self._handler(statement.kind)
         if len(self.frames) > 1 and statement.words in _ENDS and sum(not one.part for one in self.frames) > 1:
+            if statement.kind != "end_program":
+                code = f"M{statement.words[0][1]:g}"
+                message = (
+                    f"{code} stands in a program that another one calls: the run goes on in that one here"
+                )
+                hint = f"a program that is called must not have M2 or M30 (TNC 640, CALL PGM); without {code} it ends with END PGM"
+                self.ip.warn_once(BlockError("called-end", message, code, hint=hint))
             self.leave()
         elif run is not None:
             run(frame, at, statement)

@@ -171,18 +171,14 @@ def turn(motions: Motions, name: str, values: Values) -> None:
         (min(v[2:5]) < 0.0, "has an allowance below 0", "FALZ, FALX and FAL are without a sign"),
     )
     refuse(name, *((wrong, "cycle-words", f"{name} {what}", hint) for wrong, what, hint in faults))
-    cuts = _Cuts.of(motions, name, _contour(motions, name, values, 1)[1:], vari, v[11])
+    cuts = Cuts.of(motions, name, _contour(motions, name, values, 1)[1:], vari, v[11])
     before = ip.state.feed
-    tool = ip.tools.find(ip.state.tool)
-    if motions.edge and tool and tool.diameter:
-        message = f"{name} turns without the radius of the tool's nose"
-        hint = "G42 and the contour itself finish with it"
-        ip.warn(BlockError("comp-roughing", message, name, hint=hint), Severity.WARNING)
+    tell_nose(motions, name)
     if roughs:
-        _feed(motions, v[5] or before, name)
+        at_feed(motions, v[5] or before, name)
         cuts.rough(v[1], v[2], v[3], v[4])
     if finishes:
-        _feed(motions, v[7] or before, name)
+        at_feed(motions, v[7] or before, name)
         cuts.finish()
     ip.state.moved = True
     if before:
@@ -190,8 +186,8 @@ def turn(motions: Motions, name: str, values: Values) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class _Cuts:
-    """The cuts of CYCLE95 along a path: its first coordinate is that of the cuts, its second leads away from the material.
+class Cuts:
+    """The cuts of CYCLE95 and CYCLE951 along a path: its first coordinate is that of the cuts, its second leads away from the material.
 
     Attributes:
         swap: Whether cuts are along X.
@@ -205,7 +201,7 @@ class _Cuts:
     name: str
 
     @classmethod
-    def of(cls, motions: Motions, name: str, contour: list[Segment], vari: int, lift: float) -> _Cuts:
+    def of(cls, motions: Motions, name: str, contour: list[Segment], vari: int, lift: float) -> Cuts:
         """Return the cuts along a contour from where it is nearest to the material's middle on; raise where the contour goes back along the cuts."""
         inside, swap = (vari - 1) // 2 % 2 == 1, vari % 2 == 0
         ends, outwards = (contour[0].start, contour[-1].end), -1.0 if inside and not swap else 1.0
@@ -251,7 +247,17 @@ class _Cuts:
         self.lathe.rapid(complex(path[0].start.real - self.lift, top + self.lift))
 
 
-def _feed(motions: Motions, feed: float, name: str) -> None:
+def tell_nose(motions: Motions, name: str) -> None:
+    """Warn that the radius of the tool's nose is not taken into account."""
+    tool = motions.ip.tools.find(motions.ip.state.tool)
+    if motions.edge and tool and tool.diameter:
+        message = f"{name} turns without the radius of the tool's nose"
+        hint = "G42 and the contour itself finish with it"
+        motions.ip.warn(BlockError("comp-roughing", message, name, hint=hint), Severity.WARNING)
+
+
+def at_feed(motions: Motions, feed: float, name: str) -> None:
+    """Put the feed of a cycle in force; raise where there is none."""
     if feed <= 0.0:
         raise BlockError("feed-missing", f"{name} has no feed", name, hint="FF1 roughs, FF3 finishes")
     motions.emit({"f": feed})

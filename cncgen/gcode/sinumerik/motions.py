@@ -20,6 +20,7 @@ from cncgen.gcode.sinumerik import (
     arcs,
     commands,
     contour_cycles,
+    corner_turning,
     curves,
     cycles,
     faces,
@@ -84,6 +85,7 @@ _CYCLES = {
     "CYCLE77": faces.circle, "POCKET3": pockets.rectangle, "POCKET4": pockets.circle, "SLOT1": pockets.slots,
     "LONGHOLE": pockets.long_holes, "POCKET1": pockets.old_rectangle, "POCKET2": pockets.old_circle, "SLOT2": pockets.bows,
     "CYCLE70": thread_milling.thread_of_profile, "CYCLE90": thread_milling.thread, "CYCLE93": grooves.groove, **contour_cycles.CYCLES,
+    **corner_turning.CYCLES,
     **thread_cutting.CYCLES,
 }  # fmt: skip
 

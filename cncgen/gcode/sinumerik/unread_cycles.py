@@ -14,7 +14,7 @@ _KNOWN = {
     "CYCLE79": ("a spigot of several edges", "CYCLE72 mills along a contour"), "CYCLE899": ("an open slot", "SLOT1 and POCKET3 clear closed ones"),
     "CYCLE92": ("cutting off", _GROOVE), "CYCLE930": ("a groove", _GROOVE),
     **dict.fromkeys(("CYCLE94", "CYCLE96", "CYCLE940"), ("an undercut", "its contour as blocks of G1 and G2")),
-    **dict.fromkeys(("CYCLE950", "CYCLE951", "CYCLE952"), ("stock removal", _STOCK)),
+    **dict.fromkeys(("CYCLE950", "CYCLE952"), ("stock removal", _STOCK)),
 }  # fmt: skip
 
 

@@ -60,6 +60,8 @@ class Statement(NamedTuple):
 
 #: Q parameters of a program and those that are kept, QL1 and QR1, and what is added to their numbers: Q ends at Q1999.
 _OWN_NUMBERS = {"L": 3000, "R": 3500}
+#: The numbers of QL0 to QL499, which are those of one program.
+LOCAL = slice(3000, 3500)
 #: The number of Q0, since 0 is none of a parameter here.
 _FIRST = 4000.0
 #: The first number that no parameter has.
