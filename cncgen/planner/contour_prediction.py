@@ -121,18 +121,42 @@ def static_coefficients(numerator: Floats, denominator: Floats) -> tuple[float, 
 
 
 @dataclass(slots=True)
-class AxisPrediction:
-    """The error filter of one axis with its running state."""
+class ErrorFilters:
+    """Filters of some axes, from what moves each to its following error.
 
-    b: Floats
-    a: Floats
-    state: Floats
+    Attributes:
+        coefficients: b and a of each (`error_filter`, `increment_filter`).
+        states: Their running states.
+    """
 
-    def run(self, speed: Floats) -> Floats:
-        """Return the following errors of further samples of the axis's speed, mm (eq. 15); the state moves on."""
-        out = np.empty(len(speed))
-        filters.recursive(self.b, self.a, np.ascontiguousarray(speed), out, self.state)
-        return out
+    coefficients: list[tuple[Floats, Floats]]
+    states: list[Floats]
+
+    def run(self, inputs: Floats) -> Floats:
+        """Return the following errors of further samples, mm; shape (n, axes) as the inputs; the states move on."""
+        out = [np.empty(len(inputs)) for _ in self.states]
+        for (b, a), state, column, errors in zip(self.coefficients, self.states, inputs.T, out, strict=True):
+            filters.recursive(b, a, np.ascontiguousarray(column), errors, state)
+        return np.stack(out, axis=1)
+
+    def snapshot(self) -> list[Floats]:
+        """Return a copy of the states."""
+        return [state.copy() for state in self.states]
+
+    def restore(self, states: list[Floats]) -> None:
+        """Go on from a snapshot."""
+        for mine, state in zip(self.states, states, strict=True):
+            mine[:] = state
+
+    def memory(self) -> int:
+        """Return the number of samples in which the slowest filter gives most of its answer to a pulse."""
+        before, pulse = self.snapshot(), np.zeros((400, len(self.states)))
+        pulse[:1] = 1.0
+        answers = np.cumsum(np.abs(self.run(pulse)), axis=0).T
+        self.restore(before)
+        return max(
+            [1, *(int(np.searchsorted(each, _MEMORY * each[-1])) for each in answers if each[-1] > 0.0)]
+        )
 
 
 @dataclass(slots=True)
@@ -141,22 +165,13 @@ class ContourPrediction:
 
     Attributes:
         letters: The axes among X Y Z, in that order.
-        axes: Their filters.
+        loops: Their filters, from speeds (eq. 15).
         per_centripetal_s2: Static contour error per v²κ, the largest over the axes (2.845e-5 s² on the XY table).
     """
 
     letters: str
-    axes: list[AxisPrediction]
+    loops: ErrorFilters
     per_centripetal_s2: float
-
-    def snapshot(self) -> list[Floats]:
-        """Return a copy of the filters' states."""
-        return [axis.state.copy() for axis in self.axes]
-
-    def restore(self, states: Sequence[Floats]) -> None:
-        """Put the filters back to a snapshot."""
-        for axis, state in zip(self.axes, states, strict=True):
-            axis.state[:] = state
 
     def run(self, tangent: Floats, speed: Floats) -> tuple[Floats, Floats]:
         """Return the predicted errors of further samples across and along the path (eqs 16 to 18, in space).
@@ -169,7 +184,7 @@ class ContourPrediction:
             Shape (n,) each, mm: the contour error, which is the length of the part of E normal to the tangent (in the
             plane |−t_y E_x + t_x E_y|); and E along the tangent, positive where the axes lag.
         """
-        error = np.stack([axis.run(tangent[:, i] * speed) for i, axis in enumerate(self.axes)], axis=1)
+        error = self.loops.run(tangent * speed[:, None])
         along = np.einsum("ij,ij->i", error, tangent)
         normal = error - along[:, None] * tangent
         return np.sqrt(np.einsum("ij,ij->i", normal, normal)), along
@@ -192,8 +207,8 @@ def prediction(machine: Machine, options: PlanOptions, letters: str) -> ContourP
         "the contour error of axis {} cannot be predicted",
         hint="give servo data with --axis-params, or leave max_contour_error_mm out of the machine",
     )
-    axes, coefficients = predictions(machine, options, letters, made, fault)
-    return ContourPrediction(letters, axes, max((curve for _, curve in coefficients), default=0.0))
+    loops, coefficients = predictions(machine, options, letters, made, fault)
+    return ContourPrediction(letters, loops, max((curve for _, curve in coefficients), default=0.0))
 
 
 def predictions(
@@ -202,7 +217,7 @@ def predictions(
     letters: str,
     made: Callable[[TransferFunction], tuple[Floats, Floats]],
     fault: Diagnostic,
-) -> tuple[list[AxisPrediction], list[tuple[float, float]]]:
+) -> tuple[ErrorFilters, list[tuple[float, float]]]:
     """Return the filters of axes at rest, and the `static_coefficients` of their loops.
 
     Args:
@@ -214,7 +229,7 @@ def predictions(
     Raises:
         UsageError: An axis has no servo data, or no filter; every such axis is named.
     """
-    axes: list[AxisPrediction] = []
+    loops = ErrorFilters([], [])
     coefficients: list[tuple[float, float]] = []
     faults: list[Diagnostic] = []
     for letter in letters:
@@ -227,25 +242,12 @@ def predictions(
         except ValueError as problem:
             faults.append(replace(fault, message=f"{fault.message.format(letter)}: {problem}"))
             continue
-        axes.append(AxisPrediction(b, a, np.zeros(len(a) - 1)))
+        loops.coefficients.append((b, a))
+        loops.states.append(np.zeros(len(a) - 1))
         coefficients.append(static_coefficients(loop.numerator, loop.denominator))
     if faults:
         raise UsageError(faults)
-    return axes, coefficients
-
-
-def memory_of(model: ContourPrediction) -> int:
-    """Return the number of samples in which the slowest loop gives most of its answer to a pulse."""
-    longest = 1
-    for axis in model.axes:
-        before = axis.state.copy()
-        pulse = np.zeros(400)
-        pulse[0] = 1.0
-        answer = np.cumsum(np.abs(axis.run(pulse)))
-        axis.state[:] = before
-        if answer[-1] > 0.0:
-            longest = max(longest, int(np.searchsorted(answer, _MEMORY * answer[-1])))
-    return longest
+    return loops, coefficients
 
 
 def servo_of(machine: Machine, options: PlanOptions, letter: str) -> Servo | None:

@@ -54,8 +54,24 @@ class Steps:
     planned: Floats
 
 
-#: (path, row, profile, start and end time of the plan, start time, period) -> steps.
-Stepper = Callable[[Path, int, Profile, float, float, float, float], Steps]
+@dataclass(frozen=True, slots=True)
+class Passage:
+    """A curve that a plan passes: the row of a path, the profile, and its times at both ends."""
+
+    path: Path
+    row: int
+    plan: Profile
+    start: float
+    end: float
+
+    @property
+    def goal(self) -> float:
+        """Where on the path it ends."""
+        return float(motion_at(self.plan, np.array([self.end])).s[0])
+
+
+#: (passage, time at its start, period) -> steps.
+Stepper = Callable[[Passage, float, float], Steps]
 
 
 def retime(
@@ -96,7 +112,7 @@ def retime_one(trajectory: Trajectory, stepper: Stepper, period_s: float, late_s
             continue
         parts.append(cut(plan, planned, start, now - planned))
         now = parts[-1].t[-1]
-        steps = stepper(path, int(row), plan, start, end, now, period_s)
+        steps = stepper(Passage(path, int(row), plan, start, end), now, period_s)
         parts.append(stepped(plan, steps.t, steps.s, steps.planned))
         known.append((steps.planned, steps.t))
         now, planned = steps.t[-1], end
@@ -114,40 +130,36 @@ def ticks_between(start: float, end: float, period_s: float) -> Floats:
     return np.arange(first, last) * period_s
 
 
-def uniform_steps(
-    path: Path, row: int, plan: Profile, start: float, end: float, now: float, period_s: float
-) -> Steps:
+def uniform_steps(curve: Passage, now: float, period_s: float) -> Steps:
     """Step through a curve by equal amounts of its parameter in the time that the plan takes for it (Bedi et al. 1993)."""
+    start, end = curve.start, curve.end
     ticks = ticks_between(now, now + end - start, period_s)
     t = np.concatenate([[now], ticks, [now + end - start]])
     planned = start + (t - now)
     planned[-1] = end
-    ends = motion_at(plan, np.array([start, end])).s
-    first, last = path.parameter(row, ends)
+    ends = motion_at(curve.plan, np.array([start, end])).s
+    first, last = curve.path.parameter(curve.row, ends)
     u = first + (last - first) * (planned - start) / (end - start)
-    s = path.coordinate(row, u)
+    s = curve.path.coordinate(curve.row, u)
     s[0], s[-1] = ends
     return Steps(t, s, planned)
 
 
-def taylor_steps(
-    order: int, path: Path, row: int, plan: Profile, start: float, end: float, now: float, period_s: float
-) -> Steps:
+def taylor_steps(order: int, curve: Passage, now: float, period_s: float) -> Steps:
     """Step through a curve by the Taylor expansion of u(t), of order 1 (Yeh and Sun 2008, eq. 3.2) or 2 (eq. 3.1).
 
     The recurrence is solved by sweeps over blocks of samples: every step is computed from the places of the last
     sweep, and the steps are added up. A sweep makes at least one more sample final, and as the steps hardly depend on
     small shifts of place, a few sweeps make all of them so.
     """
-    goal = float(motion_at(plan, np.array([end])).s[0])
-    t, planned = [np.array([now])], [np.array([start])]
-    begin = start
+    goal, begin, end = curve.goal, curve.start, curve.end
+    t, planned = [np.array([now])], [np.array([begin])]
     block = _BLOCK
     while True:
         first = np.floor(t[-1][-1] / period_s + _ROUNDING) + 1.0
         ticks = (first + np.arange(block)) * period_s
         wait = np.diff(ticks, prepend=t[-1][-1])
-        at = _solve(order, path, row, plan, begin, end, wait, goal)
+        at = _solve(order, curve, begin, wait, goal)
         ticks, wait = ticks[: len(at)], wait[: len(at)]
         block = min(_BLOCK, max(_SWEEPS, 2 * len(at)))
         over = np.flatnonzero(at >= end - _ROUNDING * period_s)
@@ -166,30 +178,22 @@ def taylor_steps(
     t.append(np.array([arrival]))
     planned.append(np.array([end]))
     times, places = np.concatenate(t), np.concatenate(planned)
-    s = motion_at(plan, places).s
+    s = motion_at(curve.plan, places).s
     s[-1] = goal
     return Steps(times, s, places)
 
 
-def _solve(
-    order: int,
-    path: Path,
-    row: int,
-    plan: Profile,
-    begin: float,
-    end: float,
-    wait: Floats,
-    goal: float,
-) -> Floats:
+def _solve(order: int, curve: Passage, begin: float, wait: Floats, goal: float) -> Floats:
     """Return the plan's times at the places that steps of the given durations reach; `end` once there.
 
     Where the curve is so wild that the sweeps do not settle all of them, those that are final.
     """
+    end = curve.end
     guess = np.minimum(begin + np.cumsum(wait), end)
     moved = np.zeros(len(wait), dtype=bool)
     for _ in range(_SWEEPS):
         before = np.concatenate([[begin], guess[:-1]])
-        after = _stepped_times(order, path, row, plan, before, end, wait, goal)
+        after = _stepped_times(order, curve, before, wait, goal)
         found = np.minimum(begin + np.cumsum(after - before), end)
         done = np.maximum.accumulate(found)
         moved = np.abs(done - guess) > 1e-13 + 1e-15 * abs(end)
@@ -201,10 +205,9 @@ def _solve(
     return guess[:final]
 
 
-def _stepped_times(
-    order: int, path: Path, row: int, plan: Profile, before: Floats, end: float, wait: Floats, goal: float
-) -> Floats:
+def _stepped_times(order: int, curve: Passage, before: Floats, wait: Floats, goal: float) -> Floats:
     """Take one Taylor step from each place and return the plan's time at the place that it reaches."""
+    path, row, plan, end = curve.path, curve.row, curve.plan, curve.end
     place = motion_at(plan, before).s
     aim = motion_at(plan, np.minimum(before + wait, end)).s
     u = path.parameter(row, place)

@@ -61,6 +61,14 @@ class Profile:
     c: Floats
     limit: NDArray[np.int8]
 
+    @classmethod
+    def standing(cls, s: float, begin: float, end: float, limit: Limit) -> Profile:
+        """Return a wait at a place from one time to another."""
+        zero = np.zeros(1)
+        return cls(
+            np.array([begin, end]), np.array([s, s]), zero, zero, zero, zero, np.array([limit], np.int8)
+        )
+
     def __len__(self) -> int:
         return len(self.v)
 

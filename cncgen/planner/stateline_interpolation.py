@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from cncgen.diagnostics import Diagnostic
 from cncgen.machine.record import Machine
 from cncgen.machine.servo_schema import TransferFunction
-from cncgen.planner.contour_prediction import AxisPrediction, increment_filter, predictions
+from cncgen.planner.contour_prediction import ErrorFilters, increment_filter, predictions
 from cncgen.planner.motion import motion_at
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.profile_parts import cut, joined
@@ -48,7 +48,7 @@ class Stateline:
         period_s: Time between setpoints.
     """
 
-    loops: list[AxisPrediction]
+    loops: ErrorFilters
     per_speed_s: Floats
     bound_mm: float
     period_s: float
@@ -97,7 +97,7 @@ class Stateline:
 
     def _wait(self, allowed: Floats) -> int:
         """Let the loops go on under references that stand until no axis breaks the rule; return after how many periods."""
-        still = np.zeros((_LEAST, len(self.loops)))
+        still = np.zeros((_LEAST, len(self.loops.states)))
         count = 0
         while True:
             kept = self._first(still, allowed, breaks=False)
@@ -107,19 +107,14 @@ class Stateline:
 
     def _first(self, steps: Floats, allowed: Floats, breaks: bool) -> int | None:
         """Run the loops to the first setpoint at which an axis breaks the rule, or none does; or over all of them (None)."""
-        before = [loop.state.copy() for loop in self.loops]
-        broken = np.any(self._run(steps) > allowed, axis=1)
+        before = self.loops.snapshot()
+        broken = np.any(np.abs(self.loops.run(steps)) > allowed, axis=1)
         found = np.flatnonzero(broken == breaks)
         if not len(found):
             return None
-        for loop, state in zip(self.loops, before, strict=True):
-            loop.state[:] = state
-        self._run(steps[: found[0] + 1])
+        self.loops.restore(before)
+        self.loops.run(steps[: found[0] + 1])
         return int(found[0])
-
-    def _run(self, steps: Floats) -> Floats:
-        """Return |E| of each axis at further setpoints, shape (n, axes)."""
-        return np.abs(np.column_stack([loop.run(steps[:, i]) for i, loop in enumerate(self.loops)]))
 
 
 def hold_together(
@@ -159,7 +154,9 @@ def _with_waits(trajectory: Trajectory, ticks: Floats, waits: Floats, late_s: fl
     start, late = float(plan.t[0]), late_s
     for tick, wait in zip(at.tolist(), length.tolist(), strict=True):
         parts.append(cut(plan, start, tick, late))
-        parts.append(_standing(float(parts[-1].s[-1]), tick + late, wait))
+        parts.append(
+            Profile.standing(float(parts[-1].s[-1]), tick + late, tick + late + wait, Limit.CONTOUR_ERROR)
+        )
         start, late = tick, late + wait
     parts.append(cut(plan, start, float(plan.t[-1]), late))
     total = np.concatenate([[late_s], late_s + np.cumsum(length)])
@@ -168,9 +165,3 @@ def _with_waits(trajectory: Trajectory, ticks: Floats, waits: Floats, late_s: fl
         return t + float(total[np.searchsorted(at, t, side="left")])
 
     return trajectory.retimed(joined(parts), real)
-
-
-def _standing(s: float, start_s: float, wait_s: float) -> Profile:
-    none = np.zeros(1)
-    limit = np.full(1, Limit.CONTOUR_ERROR, np.int8)
-    return Profile(np.array([start_s, start_s + wait_s]), np.array([s, s]), none, none, none, none, limit)

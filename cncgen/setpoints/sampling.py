@@ -17,7 +17,7 @@ from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
 from cncgen.planner.limits.program_feeds import programmed_speed
 from cncgen.planner.motion import Motion, by_time, motion_at
-from cncgen.planner.record import MOST_ROWS, Profile, Trajectory
+from cncgen.planner.record import MOST_ROWS, Limit, Profile, Trajectory
 from cncgen.setpoints.record import Setpoints
 from cncgen.toolpath.record import Event
 
@@ -123,8 +123,7 @@ def _too_long(trajectory: Trajectory, period_s: float) -> Diagnostic:
 def _at_rest(trajectory: Trajectory) -> Trajectory:
     """Replace the profile of a trajectory by a wait at its end."""
     p = trajectory.profile
-    zero = np.zeros(1)
-    wait = Profile(np.repeat(p.t[-1], 2), np.repeat(p.s[-1], 2), zero, zero, zero, zero, np.zeros(1, np.int8))
+    wait = Profile.standing(p.s[-1], p.t[-1], p.t[-1], Limit.NONE)
     return Trajectory(trajectory.toolpath, trajectory.row_s, wait, cubics=trajectory.cubics)
 
 

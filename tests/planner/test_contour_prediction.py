@@ -112,10 +112,10 @@ def test_parts_go_on_and_snapshots_return(bounded_table: Machine) -> None:
     whole = prediction(bounded_table, PlanOptions(), "XY").run(tangent, speed)[0]
     model = prediction(bounded_table, PlanOptions(), "XY")
     first = model.run(tangent[:80], speed[:80])[0]
-    state = model.snapshot()
+    state = model.loops.snapshot()
     second = model.run(tangent[80:], speed[80:])[0]
     assert (np.concatenate([first, second]) == whole).all()
-    model.restore(state)
+    model.loops.restore(state)
     assert (model.run(tangent[80:], speed[80:])[0] == second).all()
 
 

@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, NoPlanError, Span
 from cncgen.machine.record import Machine
-from cncgen.planner.contour_prediction import ContourPrediction, memory_of, prediction
+from cncgen.planner.contour_prediction import ContourPrediction, prediction
 from cncgen.planner.ild.look_ahead import SegmentPieces, Segments, build, joint_caps, joint_speeds
-from cncgen.planner.ild.open_stretches import OpenPath, OpenStretches
+from cncgen.planner.ild.open_stretches import OpenPath, OpenStretches, laid_out
 from cncgen.planner.motion import motion_at
 from cncgen.planner.options import PlanOptions
-from cncgen.planner.record import Limit, Profile
+from cncgen.planner.record import Limit
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -97,7 +97,7 @@ class Dynamics:
             return None
         letters = [letter for letter in "XYZ" if letter in machine.axes]
         model = prediction(machine, options, "".join(letters))
-        return cls(bound, machine.period_s, model, ["XYZ".index(c) for c in letters], memory_of(model))
+        return cls(bound, machine.period_s, model, ["XYZ".index(c) for c in letters], model.loops.memory())
 
     @property
     def centripetal(self) -> float:
@@ -160,12 +160,12 @@ class Dynamics:
         n, hold = len(at.v), 4 * self.memory
         if not n:
             return np.zeros(0)
-        before = self.model.snapshot()
+        before = self.model.loops.snapshot()
         across, along = self.model.run(
             np.concatenate([at.tangent, np.repeat(at.tangent[-1:], hold, axis=0)]),
             np.concatenate([at.v, np.zeros(hold)]),
         )
-        self.model.restore(before)
+        self.model.loops.restore(before)
         place = np.concatenate([at.s, np.repeat(at.s[-1:], hold)])
         corner = np.append(corners, np.inf)[np.searchsorted(corners, place - 1e-9)]
         error = np.hypot(across, np.maximum(place - along - corner, 0.0))
@@ -222,20 +222,13 @@ class Dynamics:
 
     def _sampled(self, window: OpenStretches, place: Floats, pieces: SegmentPieces, upto: int) -> _Samples:
         """Sample the first `upto` segments of a plan at the ticks that fall into it."""
-        count = int(pieces.offset[upto])
-        t = window.t_s + np.concatenate([[0.0], np.cumsum(pieces.duration[:count])])
+        joint = np.arange(upto + 1)
+        plan, _ = laid_out(window.t_s, place[: upto + 1], pieces, joint, np.zeros(upto + 1))
+        t = plan.t
         first, stop = np.ceil(t[[0, -1]] / self.period_s - 1e-9)
         if stop - first > _MAX_SAMPLES:
             slowest = int(np.argmax(np.diff(t[pieces.offset[: upto + 1]])))
             raise NoPlanError(self._too_slow(window.span_at(0.5 * (place[slowest] + place[slowest + 1])), t))
-        owner = np.repeat(np.arange(upto), np.diff(pieces.offset[: upto + 1]))
-        before = np.concatenate([[0.0], np.cumsum(pieces.length[:count])])
-        s = place[owner] + before[:-1] - before[pieces.offset[owner]]
-        s = np.append(s, place[upto])
-        piece = slice(0, count)
-        plan = Profile(
-            t, s, pieces.v[piece], pieces.a[piece], pieces.j[piece], pieces.c[piece], pieces.limit[piece]
-        )
         at = _Samples.empty(int(max(0, stop - first)), len(self.columns))
         for begin in range(0, len(at.s), _AT_ONCE):
             some = slice(begin, begin + _AT_ONCE)

@@ -139,7 +139,9 @@ class OpenStretches:
         for event in events:
             if event.event.wait_s > 0.0:
                 waits[np.searchsorted(open_path.kept, event.joint)] += event.event.wait_s
-        profile, arrival = _laid_out(self.t_s, open_path, pieces, joint[: upto + 1], waits)
+        profile, arrival = laid_out(
+            self.t_s, open_path.place[open_path.kept[: upto + 1]], pieces, joint[: upto + 1], waits
+        )
         times = _times(profile, open_path, events, arrival)
         joints = np.arange(final + 1)
         time = np.interp(joints, open_path.kept[: upto + 1], arrival)
@@ -221,13 +223,20 @@ def _kept(cap: Floats, top: Floats, acceleration: Floats, jerk: Floats) -> Ints:
     return np.concatenate([[0], np.flatnonzero(held) + 1, [n] if n else []]).astype(np.int64)
 
 
-def _laid_out(
-    start_s: float, open_path: OpenPath, pieces: SegmentPieces, joint: Ints, waits: Floats
+def laid_out(
+    start_s: float, place: Floats, pieces: SegmentPieces, joint: Ints, waits: Floats
 ) -> tuple[Profile, Floats]:
-    """Lay the pieces up to the last of some joints on the time axis; return the arrival at each joint, too."""
-    count = int(pieces.offset[joint[-1]])
+    """Lay the pieces up to the last of some joints on the time axis; return the arrival at each joint, too.
+
+    Args:
+        start_s: Time at the first one.
+        place: Shape (m + 1,), mm: where they are.
+        pieces: Speed profiles of segments.
+        joint: Shape (m + 1,): where they stand among the joints of these.
+        waits: Shape (m + 1,), s.
+    """
     offset = pieces.offset[joint]
-    place = open_path.place[open_path.kept[: len(joint)]]
+    count = int(offset[-1])
     # Every segment starts exactly at its joint; only within a segment are lengths added up.
     before = np.concatenate([[0.0], np.cumsum(pieces.length[:count])])
     owner = np.repeat(np.arange(len(joint) - 1), np.diff(offset))

@@ -19,7 +19,7 @@ from cncgen.diagnostics import Diagnostic, Severity
 from cncgen.geometry import elementary
 from cncgen.geometry.contour_distance import ContourTracker
 from cncgen.machine.record import Machine
-from cncgen.planner.contour_prediction import ContourPrediction, memory_of, prediction
+from cncgen.planner.contour_prediction import ContourPrediction, prediction
 from cncgen.planner.least_time.block_planning import plan_blocks, smooth_blocks
 from cncgen.planner.least_time.replanning import PlannedBlock, by_block, with_remarks
 from cncgen.planner.least_time.speed_caps import SpeedCap
@@ -40,7 +40,7 @@ _AIM = 0.93
 _ROUNDS = ((0.5, 0.0), (0.7, 0.0), (0.35, 1.0), (0.5, 1.0), (1.0, 1.0), (2.0, 1.0))
 #: Slower than this part of the speed is nothing asked for in one round.
 _LEAST = 0.2
-#: How far back in time a speed is lowered, in memories of the loops (`memory_of`).
+#: How far back in time a speed is lowered, in memories of the loops (`ErrorFilters.memory`).
 _REACH = 2
 #: Part of the bound over which the speed is lowered.
 _MET = 0.998
@@ -82,7 +82,7 @@ class _Watch:
     """
 
     def __init__(self, period_s: float, model: ContourPrediction) -> None:
-        self._period, self._model, self.memory = period_s, model, _REACH * memory_of(model)
+        self._period, self._model, self.memory = period_s, model, _REACH * model.loops.memory()
         self._tracker = ContourTracker(len(model.letters))
         self._open: deque[_JudgedBlock] = deque()
         self._tick = 0
@@ -129,8 +129,9 @@ class _Watch:
 
     def _measured(self, x: Floats, speed: Floats) -> Floats:
         """Return the distances that are known once the loops have run over further samples."""
-        lag = np.stack([axis.run(speed[:, i]) for i, axis in enumerate(self._model.axes)], axis=1)
-        return self._tracker.push(np.ascontiguousarray(x), np.ascontiguousarray(x - lag))
+        return self._tracker.push(
+            np.ascontiguousarray(x), np.ascontiguousarray(x - self._model.loops.run(speed))
+        )
 
     def _known(self, error: Floats) -> None:
         """Give distances, in the order of the samples, to the open blocks; any left over belong to the last sample."""

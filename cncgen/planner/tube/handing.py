@@ -167,12 +167,9 @@ class Hand:
     def _stand(self, trajectory: Trajectory, wait: float) -> Trajectory:
         """Return a wait at the place where the motion is: how long the plan rests in corners depends on its phase."""
         p = trajectory.profile
-        place, now, zero = float(np.interp(self.time, p.t, p.s)), self.time + self.later, np.zeros(1)
+        place, now = float(np.interp(self.time, p.t, p.s)), self.time + self.later
         self.later += wait
-        limit = np.array([Limit.CHORD], np.int8)
-        profile = Profile(
-            np.array([now, now + wait]), np.array([place, place]), zero, zero, zero, zero, limit
-        )
+        profile = Profile.standing(place, now, now + wait, Limit.CHORD)
         return Trajectory(trajectory.toolpath, trajectory.row_s, profile)
 
     def standing(self, begin: float, found: Solved) -> float:

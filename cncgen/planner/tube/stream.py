@@ -17,7 +17,7 @@ from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.record import Trajectory
 from cncgen.planner.tube.handing import Hand
 from cncgen.planner.tube.programmed import Programmed
-from cncgen.planner.tube.reference_path import Reference
+from cncgen.planner.tube.reference_path import Grid, Reference
 from cncgen.planner.tube.row_runs import RowRun, RowRuns
 from cncgen.planner.tube.scales import Bounds, Scales
 from cncgen.planner.tube.tube_nodes import Nodes
@@ -117,8 +117,14 @@ class Tube:
         grid = self.reference.grid
         if grid is None:
             return -np.inf
-        s = self.runs.places.at(self.runs.row) if self.runs.row < self.runs.places.stop else grid.s[0]
-        return float(grid.t[np.searchsorted(grid.s, s, side="left")])
+        return float(grid.t[np.searchsorted(grid.s, self._place(grid), side="left")])
+
+    def _place(self, grid: Grid) -> float:
+        """Return where on the reference the run begins that is planned, or looked for."""
+        if self.run is not None:
+            return self.run.s
+        known = self.runs.row < self.runs.places.stop
+        return self.runs.places.at(self.runs.row) if known else float(grid.s[0])
 
     def _waits(self, run: RowRun, last: bool) -> bool:
         """Begin the searches of a run and of those after it that nothing before them changes; tell whether more of these are awaited."""
@@ -304,25 +310,15 @@ class Tube:
         grid = self.reference.grid
         if grid is None:
             return
-        place = (
-            self.run.s
-            if self.run is not None
-            else self.runs.places.at(self.runs.row)
-            if self.runs.row < self.runs.places.stop
-            else grid.s[0]
-        )
+        place, run = self._place(grid), self.run
         row = (
-            self.runs.row
-            if self.run is None or self.run.nodes is None or not len(self.run.nodes)
-            else int(self.run.nodes.row[0])
+            self.runs.row if run is None or run.nodes is None or not len(run.nodes) else int(run.nodes.row[0])
         )
-        keep = max(min(row, self.run.row if self.run else row) - 6, self.program.base)
+        keep = max(min(row, run.row if run else row) - 6, self.program.base)
         keep = min(keep, max(self.runs.places.stop - 2, self.program.base))
-        if self.run is not None:
-            keep = min(keep, self.run.row, self.run.at)
-            if self.run.entry is not None:
-                keep = min(keep, int(self.run.entry.line))
-            self.run.first = max(self.run.first, keep)
+        if run is not None:
+            keep = min(keep, run.row, run.at, *([int(run.entry.line)] if run.entry is not None else []))
+            run.first = max(run.first, keep)
         self.runs.places.forget(keep)
         place = min(place, self.runs.places.reached) if self.runs.places.stop > self.program.base else place
         self.reference.forget(int(np.searchsorted(grid.s, place, side="left")) - 2)
