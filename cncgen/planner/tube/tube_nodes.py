@@ -404,8 +404,10 @@ class _Laid:
         far = np.sqrt((away**2).sum(axis=1))
         outside = np.where(far > radii, 1.0 - _TAKEN * radii / np.maximum(far, 1e-300), 0.0)
         centres += outside[:, None] * away
+        # A part of the radius is within all of it about centres that much nearer to the same points.
         used = scales.part
-        return counts, nearer(centres, where, used), directions, used * radii, used * tolerances, chord
+        centres = where + used * (centres - where)
+        return counts, centres, directions, used * radii, used * tolerances, chord
 
     def _about_skipped(self, band: _Band) -> None:
         """Move the bands of nodes beside corners that have none to the middle of the corners' deviations from their lines, and narrow them.
@@ -479,9 +481,3 @@ class _Laid:
         following = np.clip(np.searchsorted(ends, upto[row], side="right"), 1, len(ends) - 1)
         out: Floats = np.minimum(at - ends[following - 1], ends[following] - at)
         return out
-
-
-def nearer(centre: Floats, point: Floats, part: float) -> Floats:
-    """Return centres of room for a part of its radius that is within all of it and reaches around the same points, which leave the rows."""
-    out: Floats = point + part * (centre - point)
-    return out

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
@@ -17,10 +17,8 @@ Ints = NDArray[np.int64]
 
 #: Barrier parameter at the start, near the solution and at the end, and iterations at most.
 _START, _NEAR, _END, _MOST = 1e-3, 1e-5, 1e-6, 200
-#: Barrier parameter where a search goes on with a narrower problem.
-_AGAIN = 3e-6
-#: Barrier parameter where it goes on with a wider one.
-_WIDER = 1e-4
+#: Barrier parameter where a search goes on with a narrower problem, from near its solution and from far.
+_AGAIN, _FAR = 3e-6, 1e-4
 #: Part of the jerk limit that what nodes are missed by may make of a third difference; the most and, in parts of what doubles
 #: can tell, the least that is asked of the scaled states.
 _SHOWS, _MISSED, _TOLD = 1e-4, 1e-7, 4.0
@@ -113,7 +111,9 @@ class Search:
         self._end(0, given.start)
         self._end(-1, given.goal)
         self._move(guess, 0, steps)
-        self.rows = self._room(given)
+        node = np.repeat(np.arange(steps + 1), np.diff(given.first))
+        away = (given.point[node] - given.centre) / unit
+        self.rows = np.column_stack([away, given.direction, unit / given.radius, given.bow])
         state = self.x.reshape(steps + 1, 3 * n)
         with np.errstate(divide="ignore"):
             feed, self.between = unit / given.feed, unit / given.between
@@ -155,21 +155,6 @@ class Search:
         """Return the solution, or what is near it: then with less of the room, and nodes missed by up to a thousandth of it."""
         return self._solved(kernel.solve(self.tube, _START, _NEAR if near else _END, _MOST, near))
 
-    def _room(self, given: Problem) -> Floats:
-        """Return the rows of room of a problem as the kernel takes them."""
-        node = np.repeat(np.arange(len(given.point)), np.diff(given.first))
-        away = (given.point[node] - given.centre) / self.unit
-        return np.concatenate(
-            [away, given.direction, (self.unit / given.radius)[:, None], given.bow[:, None]], axis=1
-        )
-
-    def wider(self, given: Problem, near: bool) -> Solved:
-        """Return the solution, or what is near it, of a problem that differs in `radius` and `centre`, with more room."""
-        # Its times are those of this guess.
-        self.given = replace(self.given, radius=given.radius, centre=given.centre)
-        self.rows[:] = self._room(self.given)
-        return self._solved(kernel.solve(self.tube, _WIDER, _NEAR if near else _END, _MOST, near, True))
-
     def narrower(
         self, given: Problem, guess: Guess, parts: Sequence[tuple[int, int]], far: bool = False
     ) -> Solved:
@@ -188,7 +173,7 @@ class Search:
             self._move(guess, first, last)
             end = self.arrays.x[last].copy()
             tube = self.tube if last - first == len(self.u) else self._part(first, last)
-            found.append(kernel.solve(tube, _WIDER if far else _AGAIN, _END, _MOST, False, True))
+            found.append(kernel.solve(tube, _FAR if far else _AGAIN, _END, _MOST, False, True))
             if last < len(self.u):
                 # The step before is missed by at most both halves of what counts as exact, the one behind by no more than before.
                 self.arrays.x[last] = end

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.kernels import tube_motion
-from cncgen.planner.tube.tube_nodes import Nodes, nearer
+from cncgen.planner.tube.tube_nodes import Nodes
 from cncgen.planner.tube.window_problem import Guess, Problem, Search, Solved
 
 Floats = NDArray[np.float64]
@@ -19,9 +19,6 @@ Found = tuple[Search, Solved]
 #: of the one that goes before the later ones where corners are near each other, at the pace of the plan. Without the slowest, two of 80
 #: small chains take 3 and 8 % longer.
 _STARTS, _SLOW = ((0.95, 0.3), (0.6, 0.0), (0.4, 0.0)), (0.9, 1.0)
-#: Iterations after which a solution is looked for with this part of the room as well. Without it a star as large as P takes 0.4 % longer,
-#: and none of 128 other programs, for 4 to 13 % less search.
-_LONG, _ROOM = 50, 0.3
 #: Part of limits and room that a guess uses.
 _WITHIN = 0.9
 #: Part of its limits by which the solution of a round is moved inside them to start the next one.
@@ -31,37 +28,12 @@ _PULLED = 0.001
 def begun(given: Problem, nodes: Nodes, near: bool, tangled: bool) -> tuple[Found | None, int]:
     """Return a search and what it found from the first of all guesses that leads to a solution, and the iterations of all of them.
 
-    Where that took long, the room may be as wide as moves are long, and the solution a poor one among many: then it is found with a
-    part of the room as well, and from there with all of it, and the faster one counts.
-
     Args:
         given: The problem.
         nodes: Those after the first one.
         near: Whether to go near the solution only.
         tangled: Whether there are many local optima, as corners are near each other.
     """
-    first, spent = _first(given, nodes, near, tangled)
-    if first is not None and first[1].iterations <= _LONG:
-        return first, spent
-    less, more = _first(drawn_together(given), nodes, True, tangled)
-    if less is not None:
-        wider = less[0].wider(given, near)
-        less, more = (less[0], wider), more + wider.iterations
-    return faster(first, less), spent + more
-
-
-def drawn_together(given: Problem) -> Problem:
-    """Return a problem with a part of the room, which lies within all of it: drawn together towards the plan.
-
-    Rounds may have narrowed the room so far that the plan is outside. Then it is drawn towards a place inside, beside the plan.
-    """
-    inside = given.point + _inside(given, np.zeros_like(given.point))
-    at = np.repeat(inside, np.diff(given.first), axis=0)
-    return replace(given, radius=_ROOM * given.radius, centre=nearer(given.centre, at, _ROOM))
-
-
-def _first(given: Problem, nodes: Nodes, near: bool, tangled: bool) -> tuple[Found | None, int]:
-    """Return a search and what it found from the first guess that leads to a solution, and the iterations of all searches."""
     spent = 0
     for number, (part, bent) in enumerate((_SLOW, *_STARTS[1:]) if tangled else _STARTS):
         guess = _along(given, nodes, part, bent, tangled and not number)

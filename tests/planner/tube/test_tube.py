@@ -21,7 +21,6 @@ from cncgen.planner.tube.window_judge import holds, too_fast
 from cncgen.planner.tube.window_problem import Guess, Problem, Search, Solved
 from cncgen.planner.tube.window_rounds import Rounds
 from cncgen.planner.tube.window_search import WindowSearch
-from cncgen.planner.tube.window_start import drawn_together
 
 ROOT = Path(__file__).resolve().parents[3]
 Floats = NDArray[np.float64]
@@ -537,17 +536,6 @@ def test_a_straight_line_takes_the_time_of_the_seven_phase_profile() -> None:
     assert found.status == 1
     assert least * (1.0 - 1e-4) < found.step.sum() < least * 1.003
     assert np.abs(found.position - given.goal[0] * (found.position[:, :1] / given.goal[0, 0])).max() < 1.5e-3
-
-
-def test_a_part_of_the_room_lies_within_the_room_where_the_plan_is_outside() -> None:
-    """Cylinders: the axis of the smaller one is nearer to that of the larger one than the difference of their radii."""
-    given, _ = straight(4.0, 20)
-    across = np.array([[np.sqrt(0.5), -np.sqrt(0.5)]])
-    given = replace(given, centre=given.centre + 3e-3 * across)
-    less = drawn_together(given)
-    away = np.abs((less.centre - given.centre) @ across[0])
-    assert (less.radius < given.radius).all()
-    assert (away + less.radius <= given.radius).all()
 
 
 def test_motion_between_nodes_is_that_of_constant_jerk() -> None:
