@@ -140,24 +140,20 @@ def corners_of(
         else:
             mine[:, end] = beyond.derivatives
             stop[end] |= beyond.rest
-    turn = right[1] - left[1]
+    jumps = BlockJumps(bounds, s, left[1], right[1])
+    turn = jumps.turn
     linear, square = bounds.jump(turn, right[2] - left[2])
     speed = speed_within(linear, square, JUMP_SHARE)
     held = speed < np.sqrt(top)
     v = np.where(held, speed, 0.0)[:, None]
-    lost = _lost(bounds, linear * v + square * v**2, left[1], right[1])
-    worth = break_even_speed(bounds, s, stop | held, left[1], right[1], top, lost)
+    lost = jumps.lost(linear * v + square * v**2)
+    worth = jumps.break_even(stop | held, top, lost)
     corner = held & (speed < worth)
-    # Within half a period the largest acceleration leads as far as a jerk of 6 A/T.
-    within = np.minimum(bounds.jerk, 6.0 * bounds.acceleration / bounds.period_s)
-    jerks = np.stack([along_path(within, side[1]) for side in (left, right)])
     passing = np.where(stop | corner, 0.0, speed)
-    rises = speed_rises(bounds, path, s, right[1])
+    rises = jumps.rises(path)
 
     def chord_speed(passing: Floats) -> Floats:
-        fastest = reached_speeds(np.minimum(passing, np.sqrt(top)), rises)
-        moving = turn * (passing > 0.0)[:, None]
-        return corner_chord_speed(bounds, s, moving, jerks.max(axis=0), fastest)
+        return jumps.chord_speed(passing > 0.0, reached_speeds(np.minimum(passing, np.sqrt(top)), rises))
 
     chord = chord_speed(passing)
     rest = (chord <= 0.0) & (passing > 0.0)
@@ -167,7 +163,7 @@ def corners_of(
         chord = np.where(rest, 0.0, chord_speed(passing))
     speed = np.minimum(passing, chord)
     v = reached_speeds(np.minimum(speed, np.sqrt(top)), rises)
-    together = _together(bounds, s, turn, v)
+    together = jumps.together(v)
     speed = np.where(together < v, together, speed)
     v = together[:, None]
     share = STEP_TAKES * linear * v + square * v**2
@@ -176,8 +172,8 @@ def corners_of(
     speed[~felt & ~corner & ~stop] = np.inf
     stop |= speed <= 0.0
     passed = felt & ~stop
-    acceleration, there, sway = _swayed(bounds, together, turn * passed[:, None], left[1], right[1])
-    zone = corner_zones(bounds, together, there, left[1], right[1])
+    acceleration, there, sway = jumps.swayed(together, passed)
+    zone = jumps.zones(together, there)
     # A pulse of acceleration v Δ is v Δ/T in the second difference that sees it.
     pulse = np.abs(turn) * v / (bounds.acceleration * bounds.period_s)
     return Corners(
@@ -188,7 +184,7 @@ def corners_of(
         jump_share=np.stack([pulse, share + sway], 1) * passed[:, None, None],
         acceleration=acceleration,
         zone=np.where(passed, zone, 0.0),
-        cuts=_cuts(bounds, stop, turn),
+        cuts=jumps.cut(stop),
     )
 
 
@@ -205,29 +201,185 @@ def rows_beside(path: Path, s: Floats) -> tuple[Ints, Ints]:
     return np.insert(row, 0, row[0]), np.append(row, row[-1])
 
 
-def speed_rises(bounds: AxisLimits, path: Path, s: Floats, right: Floats) -> tuple[Floats, Floats]:
-    """Return by how much v² and v^(3/2) change from corner to corner at most, shape (n − 1,) each; infinite for no bound.
+@dataclass(frozen=True, slots=True)
+class BlockJumps:
+    """The breakpoints of a block, n of them, as jumps of the path's direction.
 
-    On a straight line v² changes by 2 A d at most over the distance d. A motion at the speed v that came from rest, or must
-    come to rest, has the acceleration √(2 J v) at most, with which v^(3/2) changes by √(9/2 J) d. On a curve whose coordinate is arc
-    length in X Y Z, the acceleration along it is a component of the vector of these three axes.
-
-    Args:
+    Attributes:
         bounds: Limits.
-        path: The path.
-        s: Shape (n,), where the corners are.
-        right: Shape (n, axes), dx/ds on their right.
+        s: Shape (n,), where they are.
+        left, right: Shape (n, axes), dx/ds on both sides.
     """
-    row = path.row_of(0.5 * (s[:-1] + s[1:]))
-    straight = path.kind[row] == Kind.LINE
-    acceleration, jerk = (along_path(each, right[:-1]) for each in (bounds.acceleration, bounds.jerk))
-    # Axes that the machine lacks have none, and do not move.
-    three = bounds.acceleration[:3]
-    whole = float(np.linalg.norm(three[np.isfinite(three)]))
-    bent = np.where(path.moves_xyz[row], whole, np.inf)
-    apart = np.diff(s)
-    square = 2.0 * np.where(straight, acceleration, bent) * apart
-    return square, np.where(straight, np.sqrt(4.5 * jerk) * apart, np.inf)
+
+    bounds: AxisLimits
+    s: Floats
+    left: Floats
+    right: Floats
+
+    @property
+    def turn(self) -> Floats:
+        """Shape (n, axes): Δ, the step of dx/ds."""
+        return self.right - self.left
+
+    def largest(self) -> tuple[Floats, Floats]:
+        """Return the acceleration and the jerk along the path that its limits allow on the side that allows more, shape (n,) each."""
+        acceleration, jerk = (
+            np.maximum(along_path(limit, self.left), along_path(limit, self.right))
+            for limit in (self.bounds.acceleration, self.bounds.jerk)
+        )
+        return acceleration, jerk
+
+    def rises(self, path: Path) -> tuple[Floats, Floats]:
+        """Return by how much v² and v^(3/2) change from one to the next at most, shape (n − 1,) each; infinite for no bound.
+
+        On lines these are 2 A d and √(9/2 J) d. The acceleration along a curve in X Y Z is a component of the vector of these axes.
+        """
+        bounds = self.bounds
+        row = path.row_of(0.5 * (self.s[:-1] + self.s[1:]))
+        straight = path.kind[row] == Kind.LINE
+        acceleration, jerk = (
+            along_path(each, self.right[:-1]) for each in (bounds.acceleration, bounds.jerk)
+        )
+        # Axes that the machine lacks have none, and do not move.
+        three = bounds.acceleration[:3]
+        whole = float(np.linalg.norm(three[np.isfinite(three)]))
+        bent = np.where(path.moves_xyz[row], whole, np.inf)
+        apart = np.diff(self.s)
+        square = 2.0 * np.where(straight, acceleration, bent) * apart
+        return square, np.where(straight, np.sqrt(4.5 * jerk) * apart, np.inf)
+
+    def lost(self, share: Floats) -> Floats:
+        """Return what part of the jerk along the path they take, shape (n,), the mean of both sides; of the axes `share`, shape (n, axes).
+
+        An axis that hardly moves beside the jump leaves the others theirs. With the largest part of any axis one of 126 random programs
+        takes 2.9 % longer.
+        """
+        kept, jerk = 1.0 - share, self.bounds.jerk
+        with np.errstate(invalid="ignore"):
+            parts = [
+                along_path(jerk, side / kept) / along_path(jerk, side) for side in (self.left, self.right)
+            ]
+        return 1.0 - 0.5 * np.nan_to_num(parts[0] + parts[1])
+
+    def break_even(self, slow: Bools, top: Floats, lost: Floats) -> Floats:
+        """Return the speed, shape (n,), mm/s, below which a stop takes less time than to pass (docs/corners.md, Pass or stop).
+
+        Args:
+            slow: Shape (n,), which of them hold the speed back, or rest.
+            top: Shape (n,), the largest q there.
+            lost: Shape (n,), the part of the jerk along the path that each takes.
+        """
+        bounds, s = self.bounds, self.s
+        acceleration, jerk = (
+            along_path(each, self.left, self.right) for each in (bounds.acceleration, bounds.jerk)
+        )
+        slowest = np.minimum(jerk * bounds.period_s, acceleration) * bounds.period_s
+        places = np.concatenate([s[:1], s[1:-1][slow[1:-1]], s[-1:]])
+        before = s - places[np.maximum(np.searchsorted(places, s) - 1, 0)]
+        after = places[np.minimum(np.searchsorted(places, s, side="right"), len(places) - 1)] - s
+        speed = np.minimum(np.sqrt(top), elementary.cbrt(0.25 * np.minimum(before, after) ** 2 * jerk))
+        reached = np.minimum(acceleration, np.sqrt(speed * jerk))
+        return np.maximum(slowest, (_DELAY + _SLOWED * lost) * bounds.period_s * reached)
+
+    def chord_speed(self, moving: Bools, speed: Floats) -> Floats:
+        """Return the speed, shape (n,), at which the chord of a period cuts corners by the chord tolerance at most (docs/corners.md).
+
+        Args:
+            moving: Shape (n,), which of them are passed.
+            speed: Shape (n,), what all else allows.
+        """
+        bounds, s, period = self.bounds, self.s, self.bounds.period_s
+        # Within half a period the largest acceleration leads as far as a jerk of 6 A/T.
+        within = np.minimum(bounds.jerk, 6.0 * bounds.acceleration / period)
+        jerk = np.maximum(along_path(within, self.left), along_path(within, self.right))
+        mm = bounds.scale * (self.turn * moving[:, None])
+        size = norm(mm)
+        single = np.full(len(s), np.inf)
+        turned = size > 0.0
+        room = 4.0 * bounds.chord_mm / (period * size[turned])
+        single[turned] = np.maximum(room - jerk[turned] * period**2 / 24.0, 0.0)
+        fastest = np.minimum(single, speed)
+        apart = np.minimum(np.diff(s, prepend=-np.inf), np.diff(s, append=np.inf))
+        # A corner with a negligible cut, even if all corners around were like it, is not the one furthest from a chord.
+        many = np.searchsorted(s, s + fastest * period, side="right") - np.searchsorted(
+            s, s - fastest * period
+        )
+        alike = 0.25 * many * size * np.where(size > 0.0, fastest, 0.0) * period
+        close = np.flatnonzero((alike > _NEGLIGIBLE * bounds.chord_mm) & (apart < fastest * period))
+
+        def kept(part: Floats, at: Ints) -> Bools:
+            return chord_cut(s, mm, at, part * fastest[at] * period) <= bounds.chord_mm * (1.0 + _NEGLIGIBLE)
+
+        close = close[~kept(np.ones(len(close)), close)]
+        single[close] = fastest[close] * _largest_part(kept, close, _SLOWER)
+        return single
+
+    def together(self, speed: Floats) -> Floats:
+        """Return the speed, shape (n,), at which those near each other keep to their share, with `speed` for that of those around
+        (docs/corners.md, Jumps)."""
+        s, period = self.s, self.bounds.period_s
+        pulses = self.turn / (self.bounds.jerk * period**2), self.turn / (self.bounds.acceleration * period)
+        reach = 2.0 * period * speed
+        close = np.flatnonzero(np.minimum(np.diff(s, prepend=-np.inf), np.diff(s, append=np.inf)) < reach)
+        size = np.maximum(*(max_over_axes(np.abs(each[close])) for each in pulses))
+        close = close[size * speed[close] > _NEGLIGIBLE]
+
+        def kept(part: Floats, at: Ints) -> Bools:
+            v = part * speed[at]
+            return _weighed(s, pulses, at, v * period) * v <= JUMP_SHARE * (1.0 + _NEGLIGIBLE)
+
+        close = close[~kept(np.ones(len(close)), close)]
+        out = speed.copy()
+        out[close] *= _largest_part(kept, close, _SLOWER)
+        return out
+
+    def swayed(self, speed: Floats, passed: Bools) -> tuple[Floats, Floats, Floats]:
+        """Return what the acceleration a along the path does, as a turn Δ adds |Δ a|/(2 T) to the jerk.
+
+        A motion at the speed v that came from rest, or must come to rest, has the acceleration √(2 j v) at most. The jerk j along
+        the path is twice that of the axes at most.
+
+        Args:
+            speed: Shape (n,), v, the largest one at each.
+            passed: Shape (n,), which of them count.
+
+        Returns:
+            The bound of |a| for `SWAY_SHARE` of the jerk limit, shape (n,), infinite where it cannot be passed; the largest |a| there,
+            shape (n,); and the part of the jerk limit taken, shape (n, axes).
+        """
+        bounds, (gain, jerk) = self.bounds, self.largest()
+        # Where a curve stands, its control points being one, no limit bounds the jerk along it: but at rest none counts.
+        from_rest = np.multiply(jerk, speed, out=np.zeros_like(speed), where=speed > 0.0)
+        reached = np.minimum(gain, 2.0 * np.sqrt(from_rest))
+        period, turn = bounds.period_s, np.abs(self.turn * passed[:, None])
+        most_there = along_path(SWAY_SHARE * 2.0 * period * bounds.jerk, turn)
+        sway = np.minimum(turn * reached[:, None] / (2.0 * period * bounds.jerk), SWAY_SHARE)
+        return np.where(most_there < reached, most_there, np.inf), np.minimum(most_there, reached), sway
+
+    def zones(self, speed: Floats, there: Floats) -> Floats:
+        """Return how far from them the motion comes while setpoints see them, shape (n,), mm.
+
+        Meanwhile the speed v, shape (n,), rises (or falls) from the acceleration `there`, shape (n,), up to its limit, at full jerk.
+        """
+        gain, jerk = self.largest()
+        seen = self.bounds.period_s * SEEN
+        rise = np.minimum(gain, there + jerk * seen / 3.0)
+        return seen * (speed + 0.5 * seen * rise)
+
+    def cut(self, stop: Bools) -> Bools:
+        """Tell which are rests, of those that `stop`, that the chord of a period may cut by more than the chord tolerance, shape (n,).
+
+        In the time t from rest, or to it, an axis goes J t³/6 or A t²/2 at most. Of the path under a chord over the rest, no place is
+        further than that from an end of the chord, t being a period.
+        """
+        bounds, t = self.bounds, self.bounds.period_s
+        way = bounds.scale * np.minimum(bounds.jerk * t**3 / 6.0, bounds.acceleration * t**2 / 2.0)
+        # Axes that the machine lacks do not move.
+        far = norm(np.where(np.isfinite(way), way, 0.0)) > bounds.chord_mm
+        out: Bools = stop & (norm(bounds.scale * self.turn) > NO_TURN) & far
+        # The end of a block is the start of the next one.
+        out[-1] = False
+        return out
 
 
 def reached_speeds(speed: Floats, rises: tuple[Floats, Floats]) -> Floats:
@@ -244,36 +396,6 @@ def reached_speeds(speed: Floats, rises: tuple[Floats, Floats]) -> Floats:
         # A speed that nothing around lowers keeps its digits: ways over many corners have few of those of a slow one.
         speed = np.where(least < height, elementary.power(np.maximum(least, 0.0), 1.0 / power), speed)
     return speed
-
-
-def _together(bounds: AxisLimits, s: Floats, turn: Floats, speed: Floats) -> Floats:
-    """Return the speed, shape (n,), at which jumps of the tangent near each other keep to their share.
-
-    A third difference weighs a step Δ of the tangent at the distance d, passed at v, by B'(d/v) v, and those that lie
-    within its three periods together. |B'| is largest half a period before and after a step; the slower, the fewer lie
-    within. The second difference weighs those within its two periods by the hat function.
-
-    Args:
-        bounds: Limits.
-        s: Shape (n,), where the steps are.
-        turn: Shape (n, axes), Δ there.
-        speed: Shape (n,), v, at which each step alone keeps to its share; taken for the speed of those around.
-    """
-    period = bounds.period_s
-    pulses = turn / (bounds.jerk * period**2), turn / (bounds.acceleration * period)
-    reach = 2.0 * period * speed
-    close = np.flatnonzero(np.minimum(np.diff(s, prepend=-np.inf), np.diff(s, append=np.inf)) < reach)
-    size = np.maximum(*(max_over_axes(np.abs(each[close])) for each in pulses))
-    close = close[size * speed[close] > _NEGLIGIBLE]
-
-    def kept(part: Floats, at: Ints) -> Bools:
-        v = part * speed[at]
-        return _weighed(s, pulses, at, v * period) * v <= JUMP_SHARE * (1.0 + _NEGLIGIBLE)
-
-    close = close[~kept(np.ones(len(close)), close)]
-    out = speed.copy()
-    out[close] *= _largest_part(kept, close, _SLOWER)
-    return out
 
 
 def _weighed(s: Floats, pulses: tuple[Floats, Floats], at: Ints, step: Floats) -> Floats:
@@ -305,42 +427,6 @@ def _weighed(s: Floats, pulses: tuple[Floats, Floats], at: Ints, step: Floats) -
         total = np.add.reduceat(jump[each] * weight[:, None], begin)
         largest = np.maximum(largest, max_over_axes(np.abs(total)))
     return largest
-
-
-def corner_chord_speed(bounds: AxisLimits, s: Floats, turn: Floats, jerk: Floats, speed: Floats) -> Floats:
-    """Return the speed, shape (n,), at which the chord of a period cuts corners by the chord tolerance δ at most.
-
-    The corner turns the tangent by Δ and is passed at v. If it lies half a period after a setpoint, the chord reaches
-    v T/2 + j T³/48 to both sides at most, and cuts the corner by |Δ|/2 of that. `chord_cut` measures chords of v T over several corners, as none of
-    them lets the speed rise meanwhile.
-
-    Args:
-        bounds: Limits.
-        s: Shape (n,), where the corners are.
-        turn: Shape (n, axes), Δ there.
-        jerk: Shape (n,), j, the jerk along the path there.
-        speed: Shape (n,), v that all else allows.
-    """
-    size = norm(bounds.scale * turn)
-    period = bounds.period_s
-    single = np.full(len(s), np.inf)
-    turned = size > 0.0
-    room = 4.0 * bounds.chord_mm / (period * size[turned])
-    single[turned] = np.maximum(room - jerk[turned] * period**2 / 24.0, 0.0)
-    fastest = np.minimum(single, speed)
-    apart = np.minimum(np.diff(s, prepend=-np.inf), np.diff(s, append=np.inf))
-    mm = turn * bounds.scale
-    # A corner with a negligible cut, even if all corners around were like it, is not the one furthest from a chord.
-    many = np.searchsorted(s, s + fastest * period, side="right") - np.searchsorted(s, s - fastest * period)
-    alike = 0.25 * many * size * np.where(size > 0.0, fastest, 0.0) * period
-    close = np.flatnonzero((alike > _NEGLIGIBLE * bounds.chord_mm) & (apart < fastest * period))
-
-    def kept(part: Floats, at: Ints) -> Bools:
-        return chord_cut(s, mm, at, part * fastest[at] * period) <= bounds.chord_mm * (1.0 + _NEGLIGIBLE)
-
-    close = close[~kept(np.ones(len(close)), close)]
-    single[close] = fastest[close] * _largest_part(kept, close, _SLOWER)
-    return single
 
 
 def chord_cut(s: Floats, turn: Floats, at: Ints, length: Floats) -> Floats:
@@ -389,27 +475,6 @@ def _largest_part(kept: Callable[[Floats, Ints], Bools], at: Ints, least: float)
     return low
 
 
-def _cuts(bounds: AxisLimits, stop: Bools, turn: Floats) -> Bools:
-    """Tell which corners are rests that the chord of a period may cut by more than the chord tolerance, shape (n,).
-
-    In the time t from rest, or to it, an axis goes J t³/6 or A t²/2 at most. Of the path under a chord over the rest, no place is
-    further than that from an end of the chord, t being a period.
-
-    Args:
-        bounds: Limits.
-        stop: Shape (n,), which corners are rests.
-        turn: Shape (n, axes), Δ there.
-    """
-    t = bounds.period_s
-    way = bounds.scale * np.minimum(bounds.jerk * t**3 / 6.0, bounds.acceleration * t**2 / 2.0)
-    # Axes that the machine lacks do not move.
-    far = norm(np.where(np.isfinite(way), way, 0.0)) > bounds.chord_mm
-    out: Bools = stop & (norm(bounds.scale * turn) > NO_TURN) & far
-    # The end of a block is the start of the next one.
-    out[-1] = False
-    return out
-
-
 def distinct(s: Floats, sides: tuple[Floats, Floats], bounds: AxisLimits, curved: Bools) -> tuple[Ints, Ints]:
     """Return which breakpoints are the first and which the last of a cluster that no setpoint can tell apart.
 
@@ -433,103 +498,6 @@ def distinct(s: Floats, sides: tuple[Floats, Floats], bounds: AxisLimits, curved
     last = np.flatnonzero(np.concatenate([apart, [True]]))
     first[-1], last[0] = len(s) - 1, 0
     return first, last
-
-
-def _swayed(
-    bounds: AxisLimits, speed: Floats, turn: Floats, left: Floats, right: Floats
-) -> tuple[Floats, Floats, Floats]:
-    """Return what the acceleration a along the path does at jumps, where a turn Δ adds |Δ a|/(2 T) to the jerk.
-
-    A motion at the speed v that came from rest, or must come to rest, has the acceleration √(2 j v) at most. The jerk j along
-    the path is twice that of the axes at most.
-
-    Args:
-        bounds: Limits.
-        speed: Shape (n,), v, the largest one at each jump.
-        turn: Shape (n, axes), Δ.
-        left, right: Shape (n, axes), dx/ds on both sides.
-
-    Returns:
-        The bound of |a| for `SWAY_SHARE` of the jerk limit, shape (n,), infinite where it cannot be passed; the largest |a| there,
-        shape (n,); and the part of the jerk limit taken, shape (n, axes).
-    """
-    gain, jerk = (
-        np.maximum(along_path(limit, left), along_path(limit, right))
-        for limit in (bounds.acceleration, bounds.jerk)
-    )
-    # Where a curve stands, its control points being one, no limit bounds the jerk along it: but at rest none counts.
-    from_rest = np.multiply(jerk, speed, out=np.zeros_like(speed), where=speed > 0.0)
-    reached = np.minimum(gain, 2.0 * np.sqrt(from_rest))
-    period, turn = bounds.period_s, np.abs(turn)
-    most_there = along_path(SWAY_SHARE * 2.0 * period * bounds.jerk, turn)
-    sway = np.minimum(turn * reached[:, None] / (2.0 * period * bounds.jerk), SWAY_SHARE)
-    return np.where(most_there < reached, most_there, np.inf), np.minimum(most_there, reached), sway
-
-
-def corner_zones(bounds: AxisLimits, speed: Floats, there: Floats, left: Floats, right: Floats) -> Floats:
-    """Return how far from jumps the motion comes while setpoints see them, shape (n,), mm.
-
-    A third difference sees a jump for one and a half periods on either side of it. Meanwhile the speed rises (or falls) from
-    the acceleration at the jump, up to its limit, at full jerk.
-
-    Args:
-        bounds: Limits.
-        speed: Shape (n,), v, the largest one at each jump.
-        there: Shape (n,), the largest acceleration along the path there.
-        left, right: Shape (n, axes), dx/ds on both sides.
-    """
-    gain, jerk = (
-        np.maximum(*(along_path(limit, side) for side in (left, right)))
-        for limit in (bounds.acceleration, bounds.jerk)
-    )
-    seen = bounds.period_s * SEEN
-    rise = np.minimum(gain, there + jerk * seen / 3.0)
-    return seen * (speed + 0.5 * seen * rise)
-
-
-def _lost(bounds: AxisLimits, share: Floats, left: Floats, right: Floats) -> Floats:
-    """Return what part of the jerk along the path jumps take, shape (n,), the mean of both sides.
-
-    An axis that hardly moves beside the jump leaves the others theirs. With the largest part of any axis one of 126 random programs takes
-    2.9 % longer.
-
-    Args:
-        bounds: Limits.
-        share: Shape (n, axes), parts of the axes' jerk.
-        left, right: Shape (n, axes), dx/ds on both sides.
-    """
-    jerk = bounds.jerk
-    kept = 1.0 - share
-    with np.errstate(invalid="ignore"):
-        parts = [along_path(jerk, side / kept) / along_path(jerk, side) for side in (left, right)]
-    return 1.0 - 0.5 * np.nan_to_num(parts[0] + parts[1])
-
-
-def break_even_speed(
-    bounds: AxisLimits, s: Floats, slow: Bools, left: Floats, right: Floats, top: Floats, lost: Floats
-) -> Floats:
-    """Return the speed, shape (n,), mm/s, below which a stop takes less time than to pass a jump.
-
-    A stop takes v/a more on either side, a being the acceleration that the motion reaches there; passing, the jump leaves
-    little jerk for three periods, which costs 0.4 to 0.9 T on either side, by what it takes of the jerk along the path.
-    Slower than J T² or A T nothing is passed.
-
-    Args:
-        bounds: Limits.
-        s: Shape (n,), where the jumps are.
-        slow: Shape (n,), which of them hold the speed back, or rest.
-        left, right: Shape (n, axes), dx/ds on both sides.
-        top: Shape (n,), the largest q there.
-        lost: Shape (n,), the part of the jerk along the path that each takes.
-    """
-    acceleration, jerk = (along_path(each, left, right) for each in (bounds.acceleration, bounds.jerk))
-    slowest = np.minimum(jerk * bounds.period_s, acceleration) * bounds.period_s
-    places = np.concatenate([s[:1], s[1:-1][slow[1:-1]], s[-1:]])
-    before = s - places[np.maximum(np.searchsorted(places, s) - 1, 0)]
-    after = places[np.minimum(np.searchsorted(places, s, side="right"), len(places) - 1)] - s
-    speed = np.minimum(np.sqrt(top), elementary.cbrt(0.25 * np.minimum(before, after) ** 2 * jerk))
-    reached = np.minimum(acceleration, np.sqrt(speed * jerk))
-    return np.maximum(slowest, (_DELAY + _SLOWED * lost) * bounds.period_s * reached)
 
 
 def _rests(toolpath: Toolpath, path: Path, crawls: Bools) -> Floats:

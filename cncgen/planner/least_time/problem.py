@@ -148,11 +148,25 @@ class Solution:
 
 
 @dataclass(frozen=True, slots=True)
-class SplineColumns:
-    """The spline intervals of a problem, `n` of them, as the kernels take them.
+class SolverRun:
+    """A run of the interior-point method from one start.
 
     Attributes:
-        at: Shape (n,), their numbers among the intervals.
+        solution: Its result.
+        left: Duality gap as a part of the time: 0 at the optimum, the gap where it stalled near the optimum, else infinite.
+    """
+
+    solution: Solution
+    left: float
+
+
+@dataclass(frozen=True, slots=True)
+class SplineRow:
+    """The spline intervals of a row, `n` of them, as the kernels take them.
+
+    Attributes:
+        given, state: All intervals, and q and q'/2 at the start, where the motion is under way there.
+        at: Shape (n,), the numbers of those on the spline.
         h, extra, box, tilt, bent, sway: See `cncgen.kernels.least_time` and `cncgen.kernels.least_time_rows`.
         edge: Shape (n, 2), largest q at both ends.
         held_right: Shape (n,), where acceleration must be held at the right end too.
@@ -160,6 +174,8 @@ class SplineColumns:
         shape: Derivatives of the path (x1, x2, x3), limits and the parts of them that may be used.
     """
 
+    given: Intervals
+    state: tuple[float, float] | None
     at: NDArray[np.int64]
     h: Floats
     extra: Floats
@@ -171,6 +187,118 @@ class SplineColumns:
     held_right: NDArray[np.int8]
     x3_excess: Floats
     shape: tuple[Floats, Floats, Floats, Floats, Floats]
+
+    @classmethod
+    def of(cls, given: Intervals, state: tuple[float, float] | None) -> SplineRow:
+        """Take the spline intervals of a row that starts at rest or in a state of motion."""
+        at = np.flatnonzero(given.kind == SPLINE)
+        count = len(at)
+        extra, box, edge, sway = (np.empty((count, columns)) for columns in (2, 3, 2, 2))
+        tilt, held_right = np.empty(count), np.empty(count, np.int8)
+        least_time_intervals.beside_rests(given.kind, given.h, at, state is not None, extra)
+        least_time_intervals.bounds(
+            given.kind, given.h, given.x1, given.x2, given.x3, given.top, given.factor, given.node_top, given.node_acceleration,
+            given.limits, at, box, tilt, edge, sway, held_right,
+        )  # fmt: skip
+        if state is not None:
+            edge[0, 0] = state[0]
+        # If they lie side by side, a slice spares copying them.
+        pick = slice(at[0], at[-1] + 1) if at[-1] - at[0] < count else at
+        shape = (given.x1[pick], given.x2[pick], given.x3[pick], given.limits, given.factor[pick])
+        bent, excess = _bent(given, at), given.x3_excess[pick]
+        return cls(
+            given, state, at, given.h[pick], extra, box, tilt, bent, sway, edge, held_right, excess, shape
+        )
+
+    def begun(
+        self, part: float, known: Floats | None = None, slower: float = 1.0
+    ) -> least_time_problem.Problem:
+        """Return the problem as the kernels take it, without rows, with unknowns to start from.
+
+        Args:
+            part: Of the q of the profile that rises and falls with full jerk.
+            known: Shape (k,), middle ordinates of an earlier plan for the first intervals: no less than that; or None.
+            slower: Part of the earlier plan to start from instead, where it is less than 1.
+        """
+        free = 1 if self.state is None else 2
+        kernel = least_time_problem.Problem(free, self.h, self.extra, *self.shape, self.x3_excess)
+        c = np.asarray(kernel.c)
+        if self.state is not None:
+            c[0], kernel.start = self.state
+            c[1] = c[0] + 2.0 * kernel.start * kernel.way[0]
+        least_time_rows.start(kernel, self.edge, part)
+        # At its edges the profile exceeds the jerk limit by far: rounded off it needs fewer iterations.
+        least_time_rows.rounded(kernel, _ROUNDINGS, _RAISED)
+        if known is not None:
+            ahead = self.at[self.at < len(known)]
+            there = slice(free, 1 + len(ahead))
+            known = known[ahead[free - 1 :]]
+            c[there] = slower * known if slower < 1.0 else np.maximum(c[there], known)
+        return kernel
+
+    def run(self, start: tuple[float, Floats | None, float], thinned: bool, settled: bool) -> SolverRun:
+        """Run the interior-point method from a start (of `begun`), to a smaller gap if the result is to be confirmed (`settled`).
+
+        If `thinned`, rows that the start stays far from are left out at first.
+        """
+        kernel = self.begun(*start)
+        least_time_rows.build(kernel, self.box, self.tilt, self.bent, self.sway, self.held_right)
+        if thinned:
+            least_time_rows.thin(kernel, _REACH, FAR)
+        report, change = np.zeros(7), np.zeros(len(self.at) + 2)
+        status = least_time.solve(kernel, GAP if settled else ROUGH_GAP, SLACK, MOST, report, change)
+        time, gap, over, _, residual, between, apart = report.tolist()
+        held = over < SLACK and 0.0 < between < 1.0 + SLACK and residual < _STALLED * time
+        found = apart <= _JOINED and (status >= 0 or held)
+        unfelt = _unfelt(self.at, np.abs(change[1:-1])) if found else 0
+        left = 0.0 if status == 0 else gap / time
+        solution = Solution(*self.motion(kernel), self._binding(kernel), time, unfelt, found)
+        return SolverRun(solution, left if found and status >= 0 else np.inf)
+
+    def confirmed(self, run: SolverRun, always: bool = False) -> Solution:
+        """Confirm a result: solve again from a little below it until its time no longer changes.
+
+        That is done where the run stalled near the optimum, or `always`. Two things go wrong in runs of many short steps. Far from
+        the central path steps stay short, and the optimum is not reached; from a little below, it is. And the parts of the
+        limits that may be used at the ends of intervals are taken from the iterates, so they keep the rounding that has grown
+        over the steps; from a little below steps are long, and the error falls by a thousand each time.
+        """
+        first = run
+        for _ in range(_AGAIN):
+            if run.left == 0.0 and not always:
+                return run.solution
+            again = self.run((_STARTS[0], run.solution.q[:, 1], _BELOW), thinned=True, settled=always)
+            longer = again.solution.time / run.solution.time - 1.0
+            # A stalled run may be shorter than the optimum, as its parts of the limits were not yet up to date.
+            if again.left >= _STALLED_GAP or longer > (_STALLED_GAP if again.left == 0.0 else 0.0):
+                break
+            run = again
+            if abs(longer) <= _STAYS:
+                return run.solution
+        # The runs do not agree: any of them is a plan.
+        return min(first.solution, run.solution, key=lambda each: each.time)
+
+    def motion(self, kernel: least_time_problem.Problem) -> tuple[Floats, Floats]:
+        """Return q and the ways on all intervals, as in `Solution`."""
+        q, way = np.zeros((len(self.given), 3)), np.zeros(len(self.given))
+        least_time_intervals.ordinates(self.given.kind, self.at, kernel.ends, kernel.c, q)
+        way[self.at] = kernel.way
+        return q, way
+
+    def _binding(self, kernel: least_time_problem.Problem) -> NDArray[np.int8]:
+        """Name the limit that each interval comes nearest to; none where all are more than a fiftieth away."""
+        given, at = self.given, self.at
+        margin, closest = np.ones(len(at)), np.zeros(len(at), np.int8)
+        least_time_rows.nearest(kernel, margin, closest)
+        names = np.array([Limit.FEED, Limit.ACCELERATION, Limit.JERK], np.int8)[closest]
+        # Beside a rest the bound of q may be that of full jerk from there.
+        rests = (self.extra > 0.0).any(axis=1)
+        rests &= self.edge.min(axis=1) < _LOWER * given.top[at].min(axis=1)
+        bound = np.where(rests, np.int8(Limit.JERK), given.top_limit[at])
+        names = np.where(closest == least_time.BOX, bound, names)
+        out = np.full(len(given), Limit.JERK, np.int8)
+        out[at] = np.where(margin < _NEAR, names, Limit.NONE)
+        return out
 
 
 def solve(
@@ -185,32 +313,26 @@ def solve(
         given: The intervals; the last one enters rest, the first one leaves it unless `state` says otherwise.
         state: q and q'/2 at the start, where the motion is under way there.
         known: Shape (k,), middle ordinates of an earlier plan for the first intervals, to start from.
-        settled: Whether the result is confirmed (`confirmed`) even if the run did not stall.
+        settled: Whether the result is confirmed (`SplineRow.confirmed`) even if the run did not stall.
 
     Returns:
         The solution; ``converged`` is False where no motion that holds every limit was found.
     """
+    n = len(given)
     if not (given.kind == SPLINE).any():
-        return Solution(
-            np.zeros((len(given), 3)),
-            np.zeros(len(given)),
-            np.full(len(given), Limit.JERK, np.int8),
-            0.0,
-            len(given),
-            True,
-        )
-    columns = spline_columns(given, state)
+        return Solution(np.zeros((n, 3)), np.zeros(n), np.full(n, Limit.JERK, np.int8), 0.0, n, True)
+    row = SplineRow.of(given, state)
     found: list[Solution] = []
     near, within = _STARTS
     # Most rows never bind. The starting profile tells which, so the first run leaves them out. The second one starts from far within
     # the limits; a state of motion may leave hardly any other one than the earlier plan, so then from somewhat below that.
     for start, thinned in (
-        (_Start(near, known), True),
-        (_Start(within, None if state is None else known, _BELOW), False),
+        ((near, known, 1.0), True),
+        ((within, None if state is None else known, _BELOW), False),
     ):
-        run = run_from(given, columns, start, state, thinned, settled)
+        run = row.run(start, thinned, settled)
         if run.left < _STALLED_GAP:
-            return confirmed(given, columns, state, run, settled)
+            return row.confirmed(run, settled)
         found.append(run.solution)
     # A plan that holds every limit is a plan, though the method did not find the best one.
     return min(found, key=lambda each: (not each.converged, each.time))
@@ -225,59 +347,12 @@ def profile(given: Intervals) -> tuple[Floats, Floats, Floats]:
     Returns:
         q and ways, as in `Solution`, and the largest q at both ends of spline intervals, shape (k, 2).
     """
-    columns = spline_columns(given, None)
-    kernel = _kernel(columns, None)
-    _Start(_STARTS[0]).fill(kernel, columns, None)
+    row = SplineRow.of(given, None)
+    kernel = row.begun(_STARTS[0])
     if least_time_ways.agree(kernel, _AGREED, _SETTLINGS) > _JOINED:
         # As parabolas they join in any case.
-        kernel = _kernel(columns, None)
-        _Start(_STARTS[0]).fill(kernel, columns, None)
-    return *_motion(given, columns.at, kernel), columns.edge
-
-
-def spline_columns(given: Intervals, state: tuple[float, float] | None) -> SplineColumns:
-    """Return the spline intervals of a row that starts at rest or in a state of motion."""
-    at = np.flatnonzero(given.kind == SPLINE)
-    count = len(at)
-    extra, box, edge, sway = (np.empty((count, columns)) for columns in (2, 3, 2, 2))
-    tilt, held_right = np.empty(count), np.empty(count, np.int8)
-    least_time_intervals.beside_rests(given.kind, given.h, at, state is not None, extra)
-    least_time_intervals.bounds(
-        given.kind,
-        given.h,
-        given.x1,
-        given.x2,
-        given.x3,
-        given.top,
-        given.factor,
-        given.node_top,
-        given.node_acceleration,
-        given.limits,
-        at,
-        box,
-        tilt,
-        edge,
-        sway,
-        held_right,
-    )
-    if state is not None:
-        edge[0, 0] = state[0]
-    # If they lie side by side, a slice spares copying them.
-    pick = slice(at[0], at[-1] + 1) if at[-1] - at[0] < count else at
-    shape = (given.x1[pick], given.x2[pick], given.x3[pick], given.limits, given.factor[pick])
-    return SplineColumns(
-        at,
-        given.h[pick],
-        extra,
-        box,
-        tilt,
-        _bent(given, at),
-        sway,
-        edge,
-        held_right,
-        given.x3_excess[pick],
-        shape,
-    )
+        kernel = row.begun(_STARTS[0])
+    return *row.motion(kernel), row.edge
 
 
 def _bent(given: Intervals, at: NDArray[np.int64]) -> NDArray[np.int8]:
@@ -287,121 +362,6 @@ def _bent(given: Intervals, at: NDArray[np.int64]) -> NDArray[np.int8]:
         bend = np.abs(top[:, 0] - 2.0 * top[:, 1] + top[:, 2])
     out: NDArray[np.int8] = (bend > BENT * top.min(axis=1)) & (given.top_limit[at] == Limit.VELOCITY)
     return out.astype(np.int8)
-
-
-def _kernel(columns: SplineColumns, state: tuple[float, float] | None) -> least_time_problem.Problem:
-    """Return the problem as the kernels take it, without unknowns and rows."""
-    free = 1 if state is None else 2
-    return least_time_problem.Problem(free, columns.h, columns.extra, *columns.shape, columns.x3_excess)
-
-
-@dataclass(frozen=True, slots=True)
-class _Start:
-    """Unknowns to start from: a part of the q of the profile that rises and falls with full jerk, and an earlier plan.
-
-    Attributes:
-        part: That part.
-        known: Shape (k,), middle ordinates of an earlier plan for the first intervals: no less than that; or None.
-        slower: Part of the earlier plan to start from instead, where it is less than 1.
-    """
-
-    part: float
-    known: Floats | None = None
-    slower: float = 1.0
-
-    def fill(
-        self, kernel: least_time_problem.Problem, columns: SplineColumns, state: tuple[float, float] | None
-    ) -> None:
-        """Fill the unknowns of a row that starts at rest or in a state of motion."""
-        c, free = np.asarray(kernel.c), kernel.free
-        if state is not None:
-            c[0], kernel.start = state
-            c[1] = c[0] + 2.0 * kernel.start * kernel.way[0]
-        least_time_rows.start(kernel, columns.edge, self.part)
-        # At its edges the profile exceeds the jerk limit by far: rounded off it needs fewer iterations.
-        least_time_rows.rounded(kernel, _ROUNDINGS, _RAISED)
-        if self.known is not None:
-            ahead = columns.at[columns.at < len(self.known)]
-            known = self.known[ahead[free - 1 :]]
-            there = slice(free, 1 + len(ahead))
-            c[there] = self.slower * known if self.slower < 1.0 else np.maximum(c[there], known)
-
-
-@dataclass(frozen=True, slots=True)
-class SolverRun:
-    """A run of the interior-point method from one start.
-
-    Attributes:
-        solution: Its result.
-        left: Duality gap as a part of the time: 0 at the optimum, the gap where it stalled near the optimum, else infinite.
-    """
-
-    solution: Solution
-    left: float
-
-
-def confirmed(
-    given: Intervals,
-    columns: SplineColumns,
-    state: tuple[float, float] | None,
-    run: SolverRun,
-    always: bool = False,
-) -> Solution:
-    """Confirm a result: solve again from a little below it until its time no longer changes.
-
-    That is done where the run stalled near the optimum, or `always`. Two things go wrong in runs of many short steps. Far from
-    the central path steps stay short, and the optimum is not reached; from a little below, it is. And the parts of the
-    limits that may be used at the ends of intervals are taken from the iterates, so they keep the rounding that has grown
-    over the steps; from a little below steps are long, and the error falls by a thousand each time.
-    """
-    first = run
-    for _ in range(_AGAIN):
-        if run.left == 0.0 and not always:
-            return run.solution
-        below = _Start(_STARTS[0], run.solution.q[:, 1], _BELOW)
-        again = run_from(given, columns, below, state, thinned=True, settled=always)
-        longer = again.solution.time / run.solution.time - 1.0
-        # A stalled run may be shorter than the optimum, as its parts of the limits were not yet up to date.
-        if again.left >= _STALLED_GAP or longer > (_STALLED_GAP if again.left == 0.0 else 0.0):
-            break
-        run = again
-        if abs(longer) <= _STAYS:
-            return run.solution
-    # The runs do not agree: any of them is a plan.
-    return min(first.solution, run.solution, key=lambda each: each.time)
-
-
-def run_from(
-    given: Intervals,
-    columns: SplineColumns,
-    start: _Start,
-    state: tuple[float, float] | None,
-    thinned: bool,
-    settled: bool,
-) -> SolverRun:
-    """Run the interior-point method from a start, to a smaller gap if the result is to be confirmed (`settled`).
-
-    If `thinned`, rows that the start stays far from are left out at first.
-    """
-    kernel = _kernel(columns, state)
-    start.fill(kernel, columns, state)
-    least_time_rows.build(kernel, columns.box, columns.tilt, columns.bent, columns.sway, columns.held_right)
-    if thinned:
-        least_time_rows.thin(kernel, _REACH, FAR)
-    report, change = np.zeros(7), np.zeros(len(columns.at) + 2)
-    status = least_time.solve(kernel, GAP if settled else ROUGH_GAP, SLACK, MOST, report, change)
-    held = bool(report[2] < SLACK and 0.0 < report[5] < 1.0 + SLACK and report[4] < _STALLED * report[0])
-    joined = bool(report[6] <= _JOINED)
-    q, way = _motion(given, columns.at, kernel)
-    limit = _binding(given, columns, kernel)
-    unfelt = 0
-    found = joined and (status >= 0 or held)
-    if found:
-        unfelt = _unfelt(columns.at, np.abs(change[1:-1]))
-    left = 0.0 if status == 0 else float(report[1] / report[0])
-    return SolverRun(
-        Solution(q, way, limit, float(report[0]), unfelt, found), left if found and status >= 0 else np.inf
-    )
 
 
 def _unfelt(spline: NDArray[np.int64], change: Floats) -> int:
@@ -416,16 +376,6 @@ def _unfelt(spline: NDArray[np.int64], change: Floats) -> int:
     """
     largest = change.max()
     return int(spline[np.argmax(change > _FELT * largest)]) if largest > 0.0 else 0
-
-
-def _motion(
-    given: Intervals, spline: NDArray[np.int64], kernel: least_time_problem.Problem
-) -> tuple[Floats, Floats]:
-    """Return q and the ways on all intervals, as in `Solution`."""
-    q, way = np.zeros((len(given), 3)), np.zeros(len(given))
-    least_time_intervals.ordinates(given.kind, spline, kernel.ends, kernel.c, q)
-    way[spline] = kernel.way
-    return q, way
 
 
 def slopes(h: Floats, q: Floats, way: Floats) -> tuple[Floats, Floats]:
@@ -447,21 +397,3 @@ def middles(h: Floats, q: Floats, way: Floats) -> Floats:
     """
     one, other = slopes(h, q, way)
     return q[:, 0] + h * one + (0.75 * h - way) * (other - one)
-
-
-def _binding(
-    given: Intervals, columns: SplineColumns, kernel: least_time_problem.Problem
-) -> NDArray[np.int8]:
-    """Name the limit that each interval comes nearest to; none where all are more than a fiftieth away."""
-    margin, closest = np.ones(len(columns.at)), np.zeros(len(columns.at), np.int8)
-    least_time_rows.nearest(kernel, margin, closest)
-    names = np.array([Limit.FEED, Limit.ACCELERATION, Limit.JERK], np.int8)[closest]
-    # Beside a rest the bound of q may be that of full jerk from there.
-    bound = given.top_limit[columns.at]
-    rests = (columns.extra > 0.0).any(axis=1) & (
-        columns.edge.min(axis=1) < _LOWER * given.top[columns.at].min(axis=1)
-    )
-    names = np.where(closest == least_time.BOX, np.where(rests, np.int8(Limit.JERK), bound), names)
-    out = np.full(len(given), Limit.JERK, np.int8)
-    out[columns.at] = np.where(margin < _NEAR, names, Limit.NONE)
-    return out

@@ -165,7 +165,7 @@ def is_the_faster_way(text: str, machine: Machine, monkeypatch: pytest.MonkeyPat
     chosen, times = time(), []
     for threshold in (0.0, np.inf):
         monkeypatch.setattr(
-            corners, "break_even_speed", lambda *given, v=threshold: np.full(len(given[1]), v)
+            corners.BlockJumps, "break_even", lambda jumps, *_, v=threshold: np.full(len(jumps.s), v)
         )
         times.append(time())
     assert abs(times[0] - times[1]) > 1e-4 * chosen
@@ -420,9 +420,15 @@ def test_a_line_cut_in_two_among_corners_is_passed_as_fast_as_the_line() -> None
     turn = np.zeros((4, 4))
     turn[[0, 1, 3], 0] = 1.8, -1.8, 1.8
     turn[2, 3] = 1e-9
+    left = np.zeros((4, 4))
+    left[:, 0] = -0.9, 0.9, -0.9, -0.9
     speed = np.full(4, 100.0)
-    alone = corners.corner_chord_speed(bounds, s, turn, np.full(4, 1e4), speed)
-    without = corners.corner_chord_speed(bounds, s[[0, 1, 3]], turn[[0, 1, 3]], np.full(3, 1e4), speed[:3])
+    alone, without = (
+        corners.BlockJumps(bounds, s[some], left[some], (left + turn)[some]).chord_speed(
+            np.ones(len(some), bool), speed[some]
+        )
+        for some in ([0, 1, 2, 3], [0, 1, 3])
+    )
     assert alone[[0, 1, 3]] == pytest.approx(without, rel=1e-6)
     assert without.max() < 10.0
     assert alone[2] > 100.0
@@ -512,7 +518,7 @@ def test_a_zone_is_the_way_at_full_jerk_while_setpoints_see_the_corner() -> None
     axes = {letter: Axis(letter, 1e3, 1e6, jerk) for letter in "XY"}
     bounds = AxisLimits.of(Machine("coarse", axes, period_s=period, chord_tolerance_mm=1.0), "XY")
     along = np.array([[1.0, 0.0]])
-    zone = corners.corner_zones(bounds, np.array([speed]), np.zeros(1), along, along)
+    zone = corners.BlockJumps(bounds, np.zeros(1), along, along).zones(np.array([speed]), np.zeros(1))
     seen = 1.5 * period
     assert zone == pytest.approx(speed * seen + jerk * seen**3 / 6.0, rel=1e-12)
 

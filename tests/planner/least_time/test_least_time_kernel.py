@@ -146,7 +146,7 @@ def test_the_least_time_is_that_of_a_general_solver(axes: int) -> None:
     ours = solve(given, None)
     assert ours.converged
 
-    columns = problem.spline_columns(given, None)
+    columns = problem.SplineRow.of(given, None)
     at, box = columns.at, columns.box
 
     def full(x: np.ndarray) -> np.ndarray:
@@ -198,7 +198,7 @@ def constraints(given: Intervals, at: np.ndarray, ends: np.ndarray, c: np.ndarra
 def test_residual_matrix_and_right_side_are_those_of_the_constraints_as_they_are_defined() -> None:
     """∇F − Σ λ ∇g, ∇²F + Σ λ/w ∇g ∇gᵀ and −∇F + Σ λ/w (w − g) ∇g, the gradients by complex steps, exact to rounding."""
     given = wave(42, height=0.5)
-    columns = problem.spline_columns(given, None)
+    columns = problem.SplineRow.of(given, None)
     at, h, extra = columns.at, columns.h, columns.extra
     rows = least_time_problem.Problem(
         1, h, extra, given.x1[at], given.x2[at], given.x3[at], given.limits, given.factor[at],

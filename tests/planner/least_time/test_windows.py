@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partialmethod
-from types import MappingProxyType
+from types import MappingProxyType, SimpleNamespace
 
 import numpy as np
 import pytest
@@ -75,14 +75,14 @@ def test_small_windows_take_hardly_longer(request: pytest.FixtureRequest) -> Non
 def test_windows_begin_where_there_is_more_than_one_way_on(monkeypatch: pytest.MonkeyPatch) -> None:
     """Rows of a surface: wherever a window ends, the next one is solved from the first start."""
     runs: list[bool] = []
-    improved = problem.run_from
+    improved = problem.SplineRow.run
 
     def counted(*given: object, **how: bool) -> problem.SolverRun:
         run = improved(*given, **how)
         runs.append(run.left == 0.0)
         return run
 
-    monkeypatch.setattr(problem, "run_from", counted)
+    monkeypatch.setattr(problem.SplineRow, "run", counted)
     monkeypatch.setattr(rolling_window, "SIZE", 150)
     x = np.arange(0.0, 12.0, 0.2)
     rows = [np.stack([x[:: 1 - 2 * (k % 2)], np.full_like(x, 0.3 * k)], 1) for k in range(60)]
@@ -214,11 +214,7 @@ def test_an_interval_of_constant_jerk_takes_its_time(a: float, j: float) -> None
     ],
 )
 def test_what_stalled_or_is_to_be_confirmed_is_tried_again_until_it_stays(
-    monkeypatch: pytest.MonkeyPatch,
-    times: tuple[float, ...],
-    lefts: tuple[float, ...],
-    always: bool,
-    kept: int,
+    times: tuple[float, ...], lefts: tuple[float, ...], always: bool, kept: int
 ) -> None:
     """The optimum is taken though what stalled is shorter by less than its gap may be; what is no better is not (by the rule).
 
@@ -232,8 +228,8 @@ def test_what_stalled_or_is_to_be_confirmed_is_tried_again_until_it_stays(
         for time, left in zip(times, lefts, strict=True)
     ]
     following = iter(runs[1:])
-    monkeypatch.setattr(problem, "run_from", lambda *_, **__: next(following))
-    found = problem.confirmed(None, None, None, runs[0], always)  # type: ignore[arg-type]
+    row = SimpleNamespace(run=lambda *_, **__: next(following))
+    found = problem.SplineRow.confirmed(row, runs[0], always)  # type: ignore[arg-type]
     assert found is runs[kept].solution
 
 
