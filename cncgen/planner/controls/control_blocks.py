@@ -33,7 +33,9 @@ class Blocks:
         start, end: Shape (n,): path coordinates, mm.
         length: Shape (n,), mm: the way that the control travels; the path's own unless it cuts a corner.
         feed: Shape (n,), mm/s: the programmed one, or the velocity of the axes where that is lower.
-        acceleration: Shape (n,), mm/s²: of the weakest axis on curves.
+        top: Shape (n,), mm/s: the speed that the rules of the control allow on it, at most the feed.
+        entry: Shape (n,), mm/s: what they allow where it begins, at most `top` of it and of the block before.
+        acceleration: Shape (n,), mm/s²: of the weakest axis on curves, until rules change it.
         radius: Shape (n,), mm: least radius of curvature; infinite on lines.
         way_in, way_out: Shape (n, axes): unit vectors of the motion at both ends.
         rapid: Shape (n,): traverses.
@@ -50,6 +52,8 @@ class Blocks:
     end: Floats
     length: Floats
     feed: Floats
+    top: Floats
+    entry: Floats
     acceleration: Floats
     radius: Floats
     way_in: Floats
@@ -97,6 +101,8 @@ def blocks_of(toolpath: Toolpath, machine: Machine, chord_mm: float) -> tuple[Bl
         end=end,
         length=end - start,
         feed=rows.top[row],
+        top=rows.top[row],
+        entry=np.zeros(len(row)),
         acceleration=rows.acceleration[row],
         radius=radius,
         way_in=way_in,

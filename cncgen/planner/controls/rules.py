@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from cncgen.geometry import elementary
 from cncgen.machine.record import Machine
 from cncgen.planner.controls.control_blocks import Blocks
-from cncgen.planner.controls.trapezoids import AllowedSpeeds
 from cncgen.planner.limits.axis_limits import AxisLimits, along_path
 
 Floats = NDArray[np.float64]
@@ -51,7 +50,7 @@ class Control:
         chord_mm: Distance of a curve from the chords that it is cut into.
         stop_periods: Servo periods that a stop takes beside the trapezoids.
         slowing_periods: Servo periods that a deceleration takes longer.
-        rules: Returns the blocks with the speeds allowed on them. Where the control rounds corners, blocks are cut further.
+        rules: Returns the blocks with the speeds and accelerations allowed on them. Where the control rounds corners, blocks are cut further.
     """
 
     title: str
@@ -59,16 +58,16 @@ class Control:
     chord_mm: float
     stop_periods: int
     slowing_periods: int
-    rules: Callable[[Blocks, str, Machine], tuple[Blocks, AllowedSpeeds]]
+    rules: Callable[[Blocks, str, Machine], Blocks]
 
 
-def exact_stop(blocks: Blocks, axes: str, machine: Machine) -> tuple[Blocks, AllowedSpeeds]:
+def exact_stop(blocks: Blocks, axes: str, machine: Machine) -> Blocks:
     """A rest after each block of the program; arcs as fast as their acceleration allows."""
     top = np.minimum(blocks.feed, np.sqrt(blocks.acceleration * blocks.radius))
-    return blocks, AllowedSpeeds(top, np.where(blocks.inner, _met(top), 0.0), blocks.acceleration)
+    return replace(blocks, top=top, entry=np.where(blocks.inner, _met(top), 0.0))
 
 
-def grbl(blocks: Blocks, axes: str, machine: Machine) -> tuple[Blocks, AllowedSpeeds]:
+def grbl(blocks: Blocks, axes: str, machine: Machine) -> Blocks:
     """Corners by junction deviation; arcs as chords; a buffer of 16 blocks.
 
     A circle that touches both ways at a corner and is δ from it at its middle has the radius
@@ -86,10 +85,10 @@ def grbl(blocks: Blocks, axes: str, machine: Machine) -> tuple[Blocks, AllowedSp
     corner = np.where(cosine > _STRAIGHT, np.inf, np.where(cosine < -_STRAIGHT, 0.0, corner))
     corner[blocks.stopped] = 0.0
     strength = along_path(limit, blocks.way_in, blocks.way_out)
-    return blocks, AllowedSpeeds(blocks.feed, np.minimum(corner, _met(blocks.feed)), strength)
+    return replace(blocks, entry=np.minimum(corner, _met(blocks.feed)), acceleration=strength)
 
 
-def linuxcnc(blocks: Blocks, axes: str, machine: Machine) -> tuple[Blocks, AllowedSpeeds]:
+def linuxcnc(blocks: Blocks, axes: str, machine: Machine) -> Blocks:
     """G61: a rest at corners. G64 P: arcs that touch both ways of a corner and are P from it, no longer than half of a way.
 
     Before that, lines that are within P of one line become this line (the naive cam detector).
@@ -114,9 +113,9 @@ def linuxcnc(blocks: Blocks, axes: str, machine: Machine) -> tuple[Blocks, Allow
     part = np.cumsum(~blocks.inner) - 1
     last = np.isin(part, part[stops])
     acceleration = np.where(last, LAST_SHARE * acceleration, acceleration)
-    return _with_arcs(
-        blocks, AllowedSpeeds(top, np.where(passed, _met(top), 0.0), acceleration), rounded, cosine
-    )
+    entry = np.where(passed, _met(top), 0.0)
+    allowed = replace(blocks, top=top, entry=entry, acceleration=acceleration)
+    return _with_arcs(allowed, blocks.acceleration, rounded, cosine)
 
 
 def _straightened(blocks: Blocks) -> Blocks:
@@ -162,20 +161,18 @@ def _near_chord(points: Floats, tolerance: float) -> bool:
     return bool(between and np.all(np.einsum("ij,ij->i", off, off) <= (tolerance * (1.0 + 1e-9)) ** 2))
 
 
-def _with_arcs(
-    blocks: Blocks, allowed: AllowedSpeeds, rounded: Bools, cosine: Floats
-) -> tuple[Blocks, AllowedSpeeds]:
-    """Cut the arcs of rounded corners out of the ways on both sides, half an arc on each."""
+def _with_arcs(blocks: Blocks, strongest: Floats, rounded: Bools, cosine: Floats) -> Blocks:
+    """Cut the arcs of rounded corners out of the ways on both sides, half an arc on each; blocks had the acceleration `strongest`."""
     at = np.flatnonzero(rounded)
     if not len(at):
-        return blocks, allowed
+        return blocks
     half = 0.5 * elementary.arccos(np.clip(cosine[at], -1.0, 1.0))
     tolerance = np.minimum(blocks.tolerance[at], blocks.tolerance[at - 1])
     cut = tolerance * np.sin(half) / (1.0 - np.cos(half))
     cut = np.minimum(cut, 0.5 * np.minimum(blocks.length[at], blocks.length[at - 1]))
     radius = cut / np.tan(half)
-    strength = np.minimum(blocks.acceleration[at], blocks.acceleration[at - 1])
-    met = np.minimum(allowed.top[at], allowed.top[at - 1])
+    strength = np.minimum(strongest[at], strongest[at - 1])
+    met = np.minimum(blocks.top[at], blocks.top[at - 1])
     speed = np.minimum(met, np.sqrt(NORMAL_SHARE * strength * radius))
     before, after = np.zeros(len(blocks)), np.zeros(len(blocks))
     before[at], after[at - 1] = cut, cut
@@ -198,16 +195,21 @@ def _with_arcs(
         np.where(place == 1, blocks.end[number] - after[number], blocks.end[number]),
     )  # fmt: skip
     length = np.where(of_arc, arc[corner], np.maximum(end - start, 0.0))
-    top = np.where(of_arc, arc_speed[corner], allowed.top[number])
-    acceleration = np.where(of_arc, arc_strength[corner], allowed.acceleration[number])
+    top = np.where(of_arc, arc_speed[corner], blocks.top[number])
+    acceleration = np.where(of_arc, arc_strength[corner], blocks.acceleration[number])
     met = np.minimum(top, np.append(0.0, top[:-1]))
     begins_block = (place == 0) | ((place == 1) & ~rounded[number])
-    entry = np.where(begins_block & ~rounded[number], allowed.entry[number], met)
-    cut_blocks = replace(blocks.part(number), start=start, end=end, length=length)
+    entry = np.where(begins_block & ~rounded[number], blocks.entry[number], met)
+    columns = {
+        "start": start,
+        "end": end,
+        "length": length,
+        "top": top,
+        "entry": entry,
+        "acceleration": acceleration,
+    }
     kept = (length > 0.0) | (end > start)
-    return cut_blocks.part(np.flatnonzero(kept)), AllowedSpeeds(
-        *(column[kept] for column in (top, entry, acceleration))
-    )
+    return replace(blocks.part(number), **columns).part(np.flatnonzero(kept))
 
 
 def _turn(blocks: Blocks) -> Floats:

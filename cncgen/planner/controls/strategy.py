@@ -13,7 +13,7 @@ from cncgen.machine.record import Machine
 from cncgen.planner.assembly import assemble, events_before, timed, waits_of
 from cncgen.planner.controls.control_blocks import Blocks, blocks_of
 from cncgen.planner.controls.rules import CONTROLS, Control
-from cncgen.planner.controls.trapezoids import AllowedSpeeds, cut_at, entry_speeds, trapezoids
+from cncgen.planner.controls.trapezoids import cut_at, entry_speeds, trapezoids
 from cncgen.planner.limits.row_limits import RowLimits
 from cncgen.planner.record import Limit, Trajectory
 from cncgen.toolpath.record import Toolpath
@@ -75,15 +75,12 @@ def _planned(
     """Plan the blocks of a chunk, with those that follow as look-ahead; move `state` to its end."""
     chunk, own, rows = waiting
     joined = own if following is None else own.followed(_marked(following, control.depth, len(rows)))
-    blocks, allowed = control.rules(joined, chunk.axes, machine)
-    speed = entry_speeds(blocks, allowed, control.depth, state.speed_mm_s)
+    blocks = control.rules(joined, chunk.axes, machine)
+    speed = entry_speeds(blocks, control.depth, state.speed_mm_s)
     count = int(np.searchsorted(blocks.row, len(rows)))
-    kept = slice(0, count)
-    mine = AllowedSpeeds(allowed.top[kept], allowed.entry[kept], allowed.acceleration[kept])
     first = float(rows.start[0]) if len(rows) else float(np.asarray(chunk.path.row_s)[0])
-    pieces = trapezoids(
-        blocks.part(kept), mine, speed[: count + 1], control.slowing_periods * machine.period_s
-    )
+    mine, slowing_s = blocks.part(slice(0, count)), control.slowing_periods * machine.period_s
+    pieces = trapezoids(mine, speed[: count + 1], slowing_s)
     (duration, v, a), ends, limit = cut_at(rows.start, *pieces, first)
     owner = np.searchsorted(rows.end, ends - 0.5 * np.diff(ends, prepend=first), side="left")
     offset = np.searchsorted(owner, np.arange(len(rows) + 1))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,36 +11,21 @@ from cncgen.planner.record import Limit
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
-class AllowedSpeeds:
-    """Bounds that a control's rules set on `n` blocks.
-
-    Attributes:
-        top: Shape (n,), mm/s: on the block.
-        entry: Shape (n,), mm/s: where the block begins, at most `top` of it and of the block before.
-        acceleration: Shape (n,), mm/s².
-    """
-
-    top: Floats
-    entry: Floats
-    acceleration: Floats
-
-
-def entry_speeds(blocks: Blocks, allowed: AllowedSpeeds, depth: int, first_mm_s: float) -> Floats:
+def entry_speeds(blocks: Blocks, depth: int, first_mm_s: float) -> Floats:
     """Return the speed where each block begins, and 0 at the end, shape (n + 1,).
 
     The control knows `depth` blocks ahead, so a block is entered no faster than the motion can stop within them. Nor is it entered
     faster than the blocks before it can accelerate to.
 
     Args:
-        blocks, allowed: The blocks, and the allowed speeds on them.
+        blocks: The blocks.
         depth: Blocks that the control looks ahead.
         first_mm_s: Speed at which the first one is entered.
     """
     n = len(blocks)
-    gain = 2.0 * allowed.acceleration * blocks.length
+    gain = 2.0 * blocks.acceleration * blocks.length
     squared = np.zeros(n + 1)
-    entry = np.append(allowed.entry**2, 0.0)
+    entry = np.append(blocks.entry**2, 0.0)
     reach = min(depth, n)
     for ahead in range(reach - 1, -1, -1):
         # squared[k] bounds the speed that block k + ahead is entered with.
@@ -56,7 +39,7 @@ def entry_speeds(blocks: Blocks, allowed: AllowedSpeeds, depth: int, first_mm_s:
 
 
 def trapezoids(
-    blocks: Blocks, allowed: AllowedSpeeds, speed: Floats, slowing_s: float
+    blocks: Blocks, speed: Floats, slowing_s: float
 ) -> tuple[tuple[Floats, Floats, Floats], Floats, NDArray[np.int8]]:
     """Return duration, speed at the start and acceleration of each piece; its end; and the limit that binds.
 
@@ -64,12 +47,12 @@ def trapezoids(
     shared among them as the control's own way is.
 
     Args:
-        blocks, allowed: The blocks, and the allowed speeds on them.
+        blocks: The blocks.
         speed: Shape (n + 1,), from `entry_speeds`.
         slowing_s: Time that a deceleration takes beyond its trapezoid, where the trapezoid is longer than this time.
     """
-    v0, v1, a = speed[:-1], speed[1:], allowed.acceleration
-    peak = np.sqrt(np.minimum(allowed.top**2, 0.5 * (v0**2 + v1**2) + a * blocks.length))
+    v0, v1, a = speed[:-1], speed[1:], blocks.acceleration
+    peak = np.sqrt(np.minimum(blocks.top**2, 0.5 * (v0**2 + v1**2) + a * blocks.length))
     peak = np.maximum(peak, np.maximum(v0, v1))
     up, down = (peak**2 - v0**2) / (2.0 * a), (peak**2 - v1**2) / (2.0 * a)
     held = np.maximum(blocks.length - up - down, 0.0)
@@ -84,7 +67,7 @@ def trapezoids(
     # Where the control cuts a corner its way is shorter than the path: the speed along the path is higher.
     stretch = ((blocks.end - blocks.start) / total)[:, None]
     limit = np.full(start.shape, Limit.ACCELERATION, np.int8)
-    limit[:, 1] = np.where(allowed.top < blocks.feed, Limit.CORNER, Limit.FEED)
+    limit[:, 1] = np.where(blocks.top < blocks.feed, Limit.CORNER, Limit.FEED)
     kept = (duration > 0.0).ravel()
     slower = np.ones(start.shape)
     falls = duration[:, 2] > slowing_s
