@@ -29,12 +29,10 @@ _MEMORY = 0.9
 
 
 def bilinear(coefficients: Floats, degree: int, period_s: float) -> Floats:
-    """Substitute s = (2/T)(1 − z⁻¹)/(1 + z⁻¹) into a polynomial of s and multiply by (T(1 + z⁻¹))^degree.
-
-    Source of the rule: A. Tustin, Journal of the IEE 94, part IIA (1947) 130.
+    """Substitute s = (2/T)(1 − z⁻¹)/(1 + z⁻¹) (A. Tustin, Journal of the IEE 94, part IIA (1947) 130) and multiply by (T(1 + z⁻¹))^degree.
 
     Args:
-        coefficients: Shape (m + 1,), highest power first, m <= degree.
+        coefficients: Shape (m + 1,), of a polynomial of s, highest power first, m <= degree.
         degree: Degree of the system that the polynomial belongs to.
         period_s: T.
 
@@ -50,10 +48,10 @@ def bilinear(coefficients: Floats, degree: int, period_s: float) -> Floats:
 
 
 def error_filter(numerator: Floats, denominator: Floats, period_s: float) -> tuple[Floats, Floats]:
-    """Return the filter from an axis's speed to its following error E = R − Y (eq. 15, appendix A-3).
+    """Return the filter from an axis's speed to its following error E = R − Y, E/V = T/2 · (1 + z⁻¹)/(1 − z⁻¹) · (c − d)/c (eq. 15, appendix A-3).
 
-    E/V = T/2 · (1 + z⁻¹)/(1 − z⁻¹) · (c − d)/c. A loop without a steady-state error has (c − d)(1) = 0; that factor
-    1 − z⁻¹ is divided out, which leaves the same ratio without the integrator of eq. 15, whose rounding would drift.
+    A loop without a steady-state error has (c − d)(1) = 0; that factor 1 − z⁻¹ is divided out, which leaves the same ratio without the
+    integrator of eq. 15, whose rounding would drift.
 
     Args:
         numerator, denominator: The closed loop Y/R in s, highest power first; that of eq. 9 has shapes (3,) and (5,).
@@ -71,30 +69,16 @@ def error_filter(numerator: Floats, denominator: Floats, period_s: float) -> tup
 
 
 def increment_filter(numerator: Floats, denominator: Floats, period_s: float) -> tuple[Floats, Floats]:
-    """Return the filter from increments of an axis's reference to its following error E = R − Y (eqs 10 and 11).
+    """Return the filter from increments of an axis's reference to its following error (eqs 10 and 11); arguments, shapes and errors as of `error_filter`.
 
-    E/R = (c − d)/c, divided by the increments' 1 − z⁻¹.
-
-    Args:
-        numerator, denominator: The closed loop Y/R in s, highest power first.
-        period_s: T.
-
-    Returns:
-        Coefficients b, a of z⁰, z⁻¹, …, shape (degree + 1,) each, a_0 = 1; b_degree = 0.
-
-    Raises:
-        ValueError: The closed loop has no unit gain at rest.
+    E/R = (c − d)/c, divided by the increments' 1 − z⁻¹; b_degree = 0.
     """
     reduced, c = _reduced(numerator, denominator, period_s)
     return np.append(reduced, 0.0) / c[0], c / c[0]
 
 
 def _reduced(numerator: Floats, denominator: Floats, period_s: float) -> tuple[Floats, Floats]:
-    """Return (c − d)/(1 − z⁻¹) and c of eq. 10, shapes (degree,) and (degree + 1,).
-
-    Raises:
-        ValueError: The closed loop has no unit gain at rest.
-    """
+    """Return (c − d)/(1 − z⁻¹) and c of eq. 10, shapes (degree,) and (degree + 1,); raise `ValueError` where the gain at rest is not 1."""
     degree = len(denominator) - 1
     c = bilinear(denominator, degree, period_s)
     d = bilinear(numerator, degree, period_s)
@@ -134,10 +118,10 @@ class ErrorFilters:
 
     def run(self, inputs: Floats) -> Floats:
         """Return the following errors of further samples, mm; shape (n, axes) as the inputs; the states move on."""
-        out = [np.empty(len(inputs)) for _ in self.states]
+        out = np.empty((len(self.states), len(inputs)))
         for (b, a), state, column, errors in zip(self.coefficients, self.states, inputs.T, out, strict=True):
             filters.recursive(b, a, np.ascontiguousarray(column), errors, state)
-        return np.stack(out, axis=1)
+        return np.ascontiguousarray(out.T)
 
     def snapshot(self) -> list[Floats]:
         """Return a copy of the states."""

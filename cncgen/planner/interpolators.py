@@ -2,13 +2,7 @@
 
 The exact one, `arclength`, needs no code here: the sampler goes to u(s(t)). The others retime a trajectory. On a
 NURBS, the piece of motion between two ticks becomes a step at constant speed from the place that one parameter gives
-to the place that the next one gives; lines and arcs, on which parameter and length are proportional, stay as they
-are. Derivation and measured fluctuations: docs/interpolators.md.
-
-`taylor1`, `taylor2` (Yeh and Sun 2008, eqs 3.2 and 3.1; Shpitalni et al. 1994): u⁺ = u + x − ½ x² ⟨C', C''⟩/|C'|² with
-x = d/|C'|, where d is the distance that the feed commands for the period *at the place where the tool is*. An error in the length of a
-step therefore shifts later motion in time and does not add up. `uniform` (Bedi et al. 1993): equal steps of u, so many as the plan has
-periods on the curve; speed then follows |C'|, not the plan.
+to the place that the next one gives; lines and arcs stay as they are. The steps, and measured fluctuations: docs/interpolators.md.
 """
 
 from __future__ import annotations
@@ -148,9 +142,7 @@ def uniform_steps(curve: Passage, now: float, period_s: float) -> Steps:
 def taylor_steps(order: int, curve: Passage, now: float, period_s: float) -> Steps:
     """Step through a curve by the Taylor expansion of u(t), of order 1 (Yeh and Sun 2008, eq. 3.2) or 2 (eq. 3.1).
 
-    The recurrence is solved by sweeps over blocks of samples: every step is computed from the places of the last
-    sweep, and the steps are added up. A sweep makes at least one more sample final, and as the steps hardly depend on
-    small shifts of place, a few sweeps make all of them so.
+    The recurrence is solved by sweeps over blocks of samples (docs/interpolators.md): a sweep makes at least one more sample final.
     """
     goal, begin, end = curve.goal, curve.start, curve.end
     t, planned = [np.array([now])], [np.array([begin])]

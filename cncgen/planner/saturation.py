@@ -161,15 +161,9 @@ def _limited(trajectories: Iterator[Trajectory], limiter: Limiter) -> Iterator[T
 
 
 def _limit_first(open_: list[Trajectory], limiter: Limiter, tail: Floats) -> tuple[Trajectory, Floats]:
-    """Limit the first of some consecutive trajectories.
+    """Limit the first of some consecutive trajectories, of which the others may be run into by its last step.
 
-    Args:
-        open_: The trajectory, and those that its last step may run into.
-        limiter: Where the motors and the tool are.
-        tail: Knots (see `Limiter.advance`) from the start of the trajectory on.
-
-    Returns:
-        The limited trajectory, and the knots from its end on.
+    `tail` are knots (see `Limiter.advance`) from its start on; returned are the limited trajectory, and the knots from its end on.
     """
     trajectory = open_[0]
     before = (limiter.infeasible, limiter.saturated)

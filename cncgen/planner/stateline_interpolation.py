@@ -1,15 +1,10 @@
 """The stateline as an interpolator of any plan: all axes hold together while one of them would fall behind.
 
-Source: B. K. Jung and W. C. Choi, eq. 7, after Yellowley and Pottier (1994). At each setpoint every axis checks
-
-    |E| ≤ |Kve V⁺| + δ
-
-E is its following error, Kve its error for unit speed, V⁺ its speed to the next setpoint. While one axis breaks the rule, all
-references stand still and the loops go on. So the path keeps its shape and only the time grows. A hold is a wait in the plan at a
-setpoint.
-
-E comes from the axes' closed loops by the bilinear transform (Tsai 2010, eqs 10 and 11), with increments of the reference as input.
-While the reference stands still, the error of a stable loop decays below any δ > 0. So each hold ends, and the plan too.
+Source: B. K. Jung and W. C. Choi, eq. 7, after Yellowley and Pottier (1994). At each setpoint every axis checks |E| ≤ |Kve V⁺| + δ,
+with its following error E, its error for unit speed Kve, and its speed to the next setpoint V⁺. While one axis breaks the rule, all
+references stand still and the loops go on: a hold is a wait in the plan at a setpoint. E comes from the axes' closed loops by the
+bilinear transform (Tsai 2010, eqs 10 and 11). While the reference stands still, the error of a stable loop decays below any δ > 0, so
+each hold ends.
 """
 
 from __future__ import annotations

@@ -1,12 +1,9 @@
-"""The dynamics module of `ild`: speeds low enough that the predicted contour error stays under its bound.
+"""The dynamics module of `ild`: speeds low enough that the predicted contour error stays under its bound (docs/ild.md).
 
-On a steady curve the error is C v²κ, with C from the axes' loops (`static_coefficients`); so the first cap is v²κ <= ε_max/C at every
-place. The plan under that cap is run through the error filters; where the error still exceeds ε_max, the cap is lowered over the
-memory of the loops, and the window is planned again. The cap is pointwise: lowering whole segments between sharp corners, as the
-paper's flow chart suggests, costs several times the time (docs/ild.md).
-
-A profile meets a pointwise cap by further joints. Where it runs above the cap, the part of the path around the worst
-place where the cap is nearly the same becomes a segment of its own, with that cap as its top speed.
+The first cap is v²κ <= ε_max/C at every place. The plan under that cap is run through the error filters; where the error still exceeds
+ε_max, the cap is lowered over the memory of the loops, and the window is planned again. A profile meets a pointwise cap by further
+joints: where it runs above the cap, the part of the path around the worst place where the cap is nearly the same becomes a segment of
+its own, with that cap as its top speed.
 """
 
 from __future__ import annotations

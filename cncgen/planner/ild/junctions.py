@@ -1,12 +1,6 @@
-"""Speeds at which the joint of two rows may be passed, from the limits of the axes within one period.
+"""Speeds at which the joint of two rows may be passed, from the limits of the axes within one period (docs/ild.md):
 
-Where the tangent turns, each axis's speed steps by v Δt_i; where only the curvature jumps, its acceleration steps by
-v² Δ(κn)_i. The setpoints see the first as a second difference v Δt_i T and as third differences of at most that size,
-wherever the joint falls between two ticks, hence
-
-    v |Δt_i| <= min(A_i T, J_i T²),        v² |Δ(κn)_i| <= J_i T.
-
-A turn of more than a fraction of a degree is nearly a stop; such joints need blends.
+v |Δt_i| <= min(A_i T, J_i T²)  where the tangent turns,   v² |Δ(κn)_i| <= J_i T  where only the curvature jumps.
 """
 
 from __future__ import annotations

@@ -1,14 +1,7 @@
 """Sharp corners of curves (Tsai 2010, sections 5.2 and 5.3), and the speeds at them.
 
-A sharp corner is a place of a NURBS where
-
-1. κ(u) has a local extremum (a maximum of |κ|: at a minimum the path bends least), and
-2. κ > κ_th = A_max / V_max² (eq. 21): at the programmed feed the centripetal acceleration would exceed the limit.
-
-Two closer corners than d_min are one: a corner counts only when it lies at least d_min from the corner before it,
-and from the start of the curve. That rule is ours. The butterfly of the paper begins in the middle of a bend, whose
-two halves have a curvature maximum 0.33 mm after the start and 0.33 mm before the end; the paper's 11, 14 and 24
-corners count one of them, and any d_min between 0.34 and 4.8 mm does. See docs/ild.md.
+A sharp corner is a local maximum of |κ| on a NURBS where κ > κ_th = A_max / V_max² (eq. 21), at least d_min from the corner before it
+and from the start of the curve. That last rule is ours; docs/ild.md says why.
 """
 
 from __future__ import annotations
@@ -51,16 +44,12 @@ class CornerRule:
     def corners(
         self, s: Floats, curvature: Floats, start: float, centripetal: float, feed_mm_s: float
     ) -> NDArray[np.int64]:
-        """Pick the sharp corners of one curve.
+        """Return the indices of the sharp corners of one curve.
 
         Args:
-            s: Shape (n,), path coordinates of the maxima of |κ|, increasing.
-            curvature: Shape (n,), |κ| there, 1/mm.
+            s, curvature: Shape (n,), path coordinates of the maxima of |κ|, increasing, and |κ| there, 1/mm.
             start: Path coordinate where the curve starts.
-            centripetal: A_max, mm/s².
-            feed_mm_s: V_max.
-
-        Returns: Indices of the sharp corners.
+            centripetal, feed_mm_s: A_max, mm/s², and V_max.
         """
         sharp = np.flatnonzero(curvature * feed_mm_s**2 > centripetal)
         kept: list[int] = []

@@ -1,9 +1,5 @@
-"""Chords between setpoints, measured on a planned motion: where they are too far from the path, bounds of q are lowered.
-
-The bounds of q in `mesh` hold the chord for the speed and the curvature at one place. Where the speed changes by a
-multiple within a period, a chord may reach from a slow bend onto a fast line, or over a sharper bend than where it began. Its distance
-from the path is known only after planning. So `rolling_window` calls `held` after solving: it lowers the bounds of q under chords that
-exceed their tolerance, and the window is solved again (docs/corners.md, Chords elsewhere).
+"""Chords between setpoints, measured on a planned motion: where they are too far from the path, bounds of q are lowered, and
+`rolling_window` solves again (docs/corners.md, Chords elsewhere).
 """
 
 from __future__ import annotations
@@ -106,60 +102,6 @@ class MeshPath:
         return Span(toolpath.sources[int(toolpath.source[row])], int(toolpath.line[row]))
 
 
-def held(
-    given: Intervals, course: MeshPath, pieces: MotionPieces, found: Solution, count: int, everywhere: bool
-) -> Intervals | None:
-    """Return intervals with lower bounds of q where chords leave the path by more than their tolerance; None if none does.
-
-    Where chords lie depends on when setpoints fall, so those of all phases are held. Chords over a rest in a corner are left
-    out: there the motion waits for a setpoint instead (`cncgen.planner.least_time.setpoint_alignment`).
-
-    Args:
-        given: The intervals.
-        course: The path under them.
-        pieces: A motion on them.
-        found: It, as it was solved.
-        count: How many intervals count: chords that end beyond are left to later calls.
-        everywhere: Whether bounds are lowered under all of each chord that is too long. Else they are lowered only under a chord of
-        the required length around the place furthest from the chord, so that this way takes a period. Faster motion at the ends of the
-        long chord is kept, and chords over the same place that begin earlier or later become shorter too.
-    """
-    scene = _Scene.of(given, course, pieces, found.q, count)
-    begin, end, _ = scene.brief(count == len(given))
-    if len(begin):
-        # Once they take a period, their chords are measured like all others.
-        slower = (scene.time(begin, end) / (_BRIEF * scene.period)) ** 2
-        return _lowered(given, scene.s, found, (begin, 0.5 * (begin + end), end), slower)
-    start = scene.too_long(scene.suspects())
-    if not len(start):
-        return None
-    begin, end, tip, over = scene.measured(start)
-    if not len(begin):
-        return None
-    shorter = _AIM / over
-    if everywhere:
-        return _lowered(given, scene.s, found, (begin, tip, end), shorter**2)
-    begin, end = tip - shorter * (tip - begin), tip + shorter * (end - tip)
-    worst = _worst(begin, tip, end, over)
-    begin, tip, end = begin[worst], tip[worst], end[worst]
-    return _lowered(given, scene.s, found, (begin, tip, end), (scene.time(begin, end) / scene.period) ** 2)
-
-
-def furthest(
-    given: Intervals, course: MeshPath, pieces: MotionPieces, found: Solution, count: int
-) -> tuple[float, float]:
-    """Return how far a chord is at most from the path, as a part of its tolerance, and the way to that place, mm.
-
-    It is 0 where none passes its tolerance. Arguments are those of `held`.
-    """
-    scene = _Scene.of(given, course, pieces, found.q, count)
-    begin, end, far = scene.brief(count == len(given))
-    _, _, tip, over = scene.measured(scene.too_long(scene.suspects()))
-    places, parts = np.concatenate([0.5 * (begin + end), tip, [0.0]]), np.concatenate([far, over, [0.0]])
-    worst = int(np.argmax(parts))
-    return float(parts[worst]), float(places[worst])
-
-
 @dataclass(frozen=True, slots=True)
 class _Compared:
     """Chords of a period, `k` of them, and how far they are from the path.
@@ -185,10 +127,11 @@ class _Compared:
 
 
 @dataclass(frozen=True, slots=True)
-class _Scene:
+class ChordedMotion:
     """A motion over `n` intervals.
 
     Attributes:
+        given, found: The intervals, of which these are the first, and the motion on them as it was solved.
         course, profile: The path, and the motion in time from 0; its s is the way from the first interval on.
         owner: Shape (pieces,), the interval of each piece.
         s, t: Shape (n + 1,), way and time at the nodes.
@@ -201,6 +144,8 @@ class _Scene:
         period: T, s.
     """
 
+    given: Intervals
+    found: Solution
     course: MeshPath
     profile: Profile
     owner: Ints
@@ -215,17 +160,21 @@ class _Scene:
     period: float
 
     @classmethod
-    def of(cls, given: Intervals, course: MeshPath, pieces: MotionPieces, q: Floats, n: int) -> _Scene:
-        """Look at the first `n` intervals."""
+    def of(
+        cls, given: Intervals, found: Solution, course: MeshPath, pieces: MotionPieces, n: int
+    ) -> ChordedMotion:
+        """Look at the first `n` intervals; chords that end beyond are left to later calls."""
         profile, owner = pieces.profile(given.h[:n])
         offset, v = pieces.offset[: n + 1], profile.v
         seen = np.empty((6, n))
-        planned_motion.bends(given.h[:n], given.x1, given.x2, course.bounds.scale, q, v, offset, seen)
+        planned_motion.bends(given.h[:n], given.x1, given.x2, course.bounds.scale, found.q, v, offset, seen)
         speed, sharpest, corner, *bend = seen
         corner[corner < NO_TURN] = 0.0
         stands = v[offset[:-1]] == 0.0
         rest = np.append(np.flatnonzero(stands & (corner > 0.0)), n)
         return cls(
+            given=given,
+            found=found,
             course=course,
             profile=profile,
             owner=owner,
@@ -240,18 +189,48 @@ class _Scene:
             period=course.bounds.period_s,
         )
 
-    def brief(self, rests: bool) -> tuple[Floats, Floats, Floats]:
-        """Return between which ways the motion goes from rest to rest in less than a period, too far from the chord, shape (k,) each.
+    def held(self, everywhere: bool) -> Intervals | None:
+        """Return the intervals with lower bounds of q where chords leave the path by more than their tolerance; None if none does.
+
+        Chords of all phases of setpoints are held, but for those over a rest in a corner: there the motion waits for a setpoint instead.
 
         Args:
-            rests: Whether it rests at its end.
-
-        Returns:
-            Where they begin and end, mm, and how far they are from the chord, as parts of the tolerance.
+            everywhere: Whether bounds are lowered under all of each chord that is too long, and not only under a chord of the required
+                length around the place furthest from it.
         """
+        begin, end, _ = self._brief()
+        if len(begin):
+            # Once they take a period, their chords are measured like all others.
+            slower = (self._time(begin, end) / (_BRIEF * self.period)) ** 2
+            return self._lowered(begin, 0.5 * (begin + end), end, slower)
+        begin, end, tip, over = self._measured(self._too_long(self._suspects()))
+        if not len(begin):
+            return None
+        shorter = _AIM / over
+        if everywhere:
+            return self._lowered(begin, tip, end, shorter**2)
+        begin, end = tip - shorter * (tip - begin), tip + shorter * (end - tip)
+        worst = _worst(begin, tip, end, over)
+        begin, tip, end = begin[worst], tip[worst], end[worst]
+        return self._lowered(begin, tip, end, (self._time(begin, end) / self.period) ** 2)
+
+    def furthest(self) -> tuple[float, float]:
+        """Return how far a chord is at most from the path, as a part of its tolerance, and the way to that place, mm.
+
+        It is 0 where none passes its tolerance.
+        """
+        begin, end, far = self._brief()
+        _, _, tip, over = self._measured(self._too_long(self._suspects()))
+        places, parts = np.concatenate([0.5 * (begin + end), tip, [0.0]]), np.concatenate([far, over, [0.0]])
+        worst = int(np.argmax(parts))
+        return float(parts[worst]), float(places[worst])
+
+    def _brief(self) -> tuple[Floats, Floats, Floats]:
+        """Return between which ways the motion goes from rest to rest in less than a period, too far from the chord, shape (k,) each, and how
+        far these are from the chord, as parts of the tolerance; at its end it rests where it is over all intervals."""
         nodes = np.append(0 if self.profile.v[0] == 0.0 else self.end[0], np.unique(self.end))
         first, last = nodes[:-1], nodes[1:]
-        if not rests:
+        if len(self.speed) < len(self.given):
             first, last = first[:-1], last[:-1]
         length = self.s[last] - self.s[first]
         soon = (last > first) & (self.t[last] - self.t[first] < self.period)
@@ -271,7 +250,7 @@ class _Scene:
         away = distances_from_chords(x, np.repeat(x[:1], len(x), axis=0), np.repeat(end, len(x), axis=0))
         return float((away / self.tolerance[interval]).max())
 
-    def suspects(self) -> Floats:
+    def _suspects(self) -> Floats:
         """Return when chords begin that may be too long by the largest speed and curvature in reach, shape (k,), ascending."""
         first = np.arange(len(self.speed))
         last = np.minimum(np.searchsorted(self.t, self.t[1:] + self.period), self.end)
@@ -283,7 +262,7 @@ class _Scene:
         start = np.repeat(begin, count) + step * ranges(np.zeros_like(count), count)[1]
         return start[start + self.period <= np.repeat(self.t[self.end[at]], count)]
 
-    def too_long(self, start: Floats) -> Floats:
+    def _too_long(self, start: Floats) -> Floats:
         """Return those of the chords from `start` on that may be too long by their length and the curvature along them."""
         one, other = (motion_at(self.profile, start + more).s for more in (0.0, self.period))
         first = np.clip(np.searchsorted(self.s, one, side="right") - 1, 0, len(self.speed) - 1)
@@ -312,12 +291,14 @@ class _Scene:
         """Return the least tolerance of chords over corners, shape (k,), 0 for others: smoothing ends before them."""
         return np.where(cornered, self.course.bounds.chord_mm, 0.0)
 
-    def measured(self, start: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    def _measured(self, start: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         """Compare chords about those from `start` on with the path.
 
         Returns: Of the chords that are too far from it: their begins and ends on the way, the places of the path furthest from them,
             and the largest distances as parts of the tolerance. Shape (k,) each.
         """
+        if not len(start):
+            return (np.zeros(0),) * 4
         parts = _FINE
         about = np.arange(-2, _FINE // _COARSE + 2)
         phase = np.unique((np.floor(start * (parts / self.period))[:, None] + about).astype(np.int64))
@@ -340,10 +321,38 @@ class _Scene:
         )
         return begin, end, tip, over[far]
 
-    def time(self, begin: Floats, end: Floats) -> Floats:
+    def _time(self, begin: Floats, end: Floats) -> Floats:
         """Return how long the motion takes from one place to another, shape (k,), s."""
         one, other = (np.interp(place, self.s, self.t) for place in (begin, end))
         return other - one
+
+    def _lowered(self, begin: Floats, tip: Floats, end: Floats, part: Floats) -> Intervals:
+        """Return the intervals whose bounds of q are parts of the q that they have, under chords between two ways with one between; shape (k,)
+        each."""
+        given, s, found = self.given, self.s, self.found
+        n = len(s) - 1
+        middle = 0.5 * (s[:-1] + s[1:])
+        # A chord within one interval does not go over its middle.
+        within = np.clip(np.searchsorted(s, tip, side="right") - 1, 0, n - 1)
+        first = np.minimum(np.searchsorted(middle, begin), within)
+        last = np.maximum(np.searchsorted(middle, end, side="right"), within + 1)
+        chord, at = ranges(first, np.maximum(last - first, 0))
+        here, spline = found.q[:n], given.kind[:n] == SPLINE
+        # Beside a rest, the bound is that of the moving end.
+        values = np.repeat(max_over_axes(here)[:, None], 3, axis=1)
+        values[spline, ::2] = here[spline, ::2]
+        values[spline, 1] = middles(given.h[:n][spline], here[spline], found.way[:n][spline])
+        top, top_limit, node_top = given.top.copy(), given.top_limit.copy(), given.node_top.copy()
+        curved = given.kind[at] != LINE
+        chord, at = chord[curved], at[curved]
+        np.minimum.at(top, at, part[chord, None] * values[at])
+        top_limit[at] = Limit.CHORD
+        first, last = np.searchsorted(s[:-1], begin), np.searchsorted(s[:-1], end, side="right")
+        chord, at = ranges(first, last - first)
+        moving = here[at, 0] > 0.0
+        chord, at = chord[moving], at[moving]
+        np.minimum.at(node_top, at, part[chord] * here[at, 0])
+        return replace(given, top=top, top_limit=top_limit, node_top=node_top)
 
     def _compared(self, phase: Ints, parts: int) -> _Compared:
         """Compare chords that begin at ascending phases, in parts of a period, with the path."""
@@ -436,44 +445,6 @@ def _worst(begin: Floats, tip: Floats, end: Floats, over: Floats) -> Ints:
         left = left[1:]
         left = left[(tip[left] < begin[chosen[-1]]) | (tip[left] > end[chosen[-1]])]
     return np.array(chosen)
-
-
-def _lowered(
-    given: Intervals, s: Floats, found: Solution, places: tuple[Floats, Floats, Floats], part: Floats
-) -> Intervals:
-    """Return intervals whose bounds of q are parts of the q that they have, under chords.
-
-    Args:
-        given: The intervals.
-        s: Shape (n + 1,), way at the nodes of the first of them.
-        found: Their solution, and maybe more.
-        places: Shape (k,) each, between which ways bounds are lowered, and a way between.
-        part: Shape (k,), the part of q.
-    """
-    begin, tip, end = places
-    n = len(s) - 1
-    middle = 0.5 * (s[:-1] + s[1:])
-    # A chord within one interval does not go over its middle.
-    within = np.clip(np.searchsorted(s, tip, side="right") - 1, 0, n - 1)
-    first = np.minimum(np.searchsorted(middle, begin), within)
-    last = np.maximum(np.searchsorted(middle, end, side="right"), within + 1)
-    chord, at = ranges(first, np.maximum(last - first, 0))
-    here, spline = found.q[:n], given.kind[:n] == SPLINE
-    # Beside a rest, the bound is that of the moving end.
-    values = np.repeat(max_over_axes(here)[:, None], 3, axis=1)
-    values[spline, ::2] = here[spline, ::2]
-    values[spline, 1] = middles(given.h[:n][spline], here[spline], found.way[:n][spline])
-    top, top_limit, node_top = given.top.copy(), given.top_limit.copy(), given.node_top.copy()
-    curved = given.kind[at] != LINE
-    chord, at = chord[curved], at[curved]
-    np.minimum.at(top, at, part[chord, None] * values[at])
-    top_limit[at] = Limit.CHORD
-    first, last = np.searchsorted(s[:-1], begin), np.searchsorted(s[:-1], end, side="right")
-    chord, at = ranges(first, last - first)
-    moving = here[at, 0] > 0.0
-    chord, at = chord[moving], at[moving]
-    np.minimum.at(node_top, at, part[chord] * here[at, 0])
-    return replace(given, top=top, top_limit=top_limit, node_top=node_top)
 
 
 def distances_from_chords(x: Floats, a: Floats, b: Floats) -> Floats:

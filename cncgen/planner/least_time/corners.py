@@ -399,15 +399,12 @@ def reached_speeds(speed: Floats, rises: tuple[Floats, Floats]) -> Floats:
 
 
 def _weighed(s: Floats, pulses: tuple[Floats, Floats], at: Ints, step: Floats) -> Floats:
-    """Return what differences over the periods around some jumps see of all jumps, by the speed, for the worst axis.
-
-    The third difference weighs them by B' half a period before and after each, the second one by the hat function about it.
+    """Return what differences over the periods around some jumps see of all jumps, by the speed, for the worst axis (docs/corners.md, Jumps).
 
     Args:
         s: Shape (n,), where the jumps are.
         pulses: Shape (n, axes) each: the jumps, in what the limits of jerk and of acceleration allow one alone, by the speed.
-        at: Shape (k,), which of them.
-        step: Shape (k,), the way of a period there.
+        at, step: Shape (k,), which of them, and the way of a period there.
     """
     if not len(at):
         return np.zeros(0)
@@ -430,18 +427,14 @@ def _weighed(s: Floats, pulses: tuple[Floats, Floats], at: Ints, step: Floats) -
 
 
 def chord_cut(s: Floats, turn: Floats, at: Ints, length: Floats) -> Floats:
-    """Return how far chords of a length are from corners that of all they go over they are the furthest from, (k,), mm.
+    """Return how far chords of a length are from corners that of all they go over they are the furthest from, (k,), mm (docs/corners.md).
 
-    The path between the ends of a chord has the second derivative Σ Δ_i δ(s − s_i) and lies beside it by D = Σ Δ_i G(s, s_i),
-    where G is Green's function of that: for s ≤ s_i the way before s by the way after s_i, divided by the length. |D| is
-    largest at corners, where it rises before and falls behind. Chords are looked at that have parts `_BEFORE` of their
-    length before the corner.
+    Chords are looked at that have parts `_BEFORE` of their length before the corner. |D| is largest at corners, where it rises before and
+    falls behind.
 
     Args:
-        s: Shape (n,), where the corners are.
-        turn: Shape (n, axes), Δ there, mm.
-        at: Shape (k,), which of them.
-        length: Shape (k,), of the chord over each.
+        s, turn: Shape (n,) and (n, axes), where the corners are, and Δ there, mm.
+        at, length: Shape (k,), which of them, and of the chord over each.
     """
     if not len(at):
         return np.zeros(0)
@@ -476,10 +469,7 @@ def _largest_part(kept: Callable[[Floats, Ints], Bools], at: Ints, least: float)
 
 
 def distinct(s: Floats, sides: tuple[Floats, Floats], bounds: AxisLimits, curved: Bools) -> tuple[Ints, Ints]:
-    """Return which breakpoints are the first and which the last of a cluster that no setpoint can tell apart.
-
-    Members of a cluster follow each other within a quarter of a thousandth of J T³ (within a curve, a thousandth): the way
-    between them, be it a turn back, shows in a third difference by a thousandth of J at most. The ends of the block stay.
+    """Return which breakpoints are the first and which the last of a cluster that no setpoint can tell apart (`_TOGETHER`); the ends stay.
 
     Args:
         s: Shape (n,), path coordinate.

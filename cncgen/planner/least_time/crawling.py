@@ -33,16 +33,12 @@ _SWALLOWED = 8.0
 
 
 def crawling(path: Path, speed: Floats, bounds: AxisLimits) -> Bools:
-    """Tell which rows of a path are so slow that the motion may as well begin and end them at rest, shape (rows,).
-
-    Their speed v is below a fiftieth of J T² and of A T, which is reached from rest in a seventh of a period; and either
-    their time is long beside √(v/J) + v/A, which reaching that speed takes, so that the stops cost next to nothing, or they
-    are too short to show in setpoints.
+    """Tell which rows of a path are so slow that the motion may as well begin and end them at rest (docs/corners.md), or too short to show in
+    setpoints, shape (rows,).
 
     Args:
-        path: The rows.
+        path, bounds: The rows and the limits.
         speed: Shape (rows,), mm/s, infinite for none.
-        bounds: Limits.
     """
     out = np.zeros(len(speed), bool)
     rows = np.flatnonzero((speed < _fastest(bounds)) & (path.row_length > STANDSTILL))
@@ -68,11 +64,8 @@ def _fastest(bounds: AxisLimits) -> float:
 
 
 def paced(chunks: Iterable[Toolpath], bounds_of: Callable[[str], AxisLimits]) -> Iterator[Toolpath]:
-    """Yield chunks ready for smoothing: under G64 inverse-time feeds (G93) become speeds, and rows that crawl are kept apart.
-
-    G93 gives the time of a whole row. As a speed it also holds for each part into which smoothing divides the row. Under
-    G64 a row of some tolerances may vanish in the curve of its neighbours, and its time with it: a row that crawls by G93
-    is therefore met exactly (G61). G94 gives no time, so there what smoothing makes shorter is simply faster.
+    """Yield chunks ready for smoothing: under G64 inverse-time feeds (G93) become speeds, which hold for each part of a row as well, and rows that
+    crawl by them are met exactly (G61), since a row of some tolerances may vanish in the curve of its neighbours, and its time with it.
 
     Args:
         chunks: Consecutive stretches of one program, tolerances filled in.

@@ -52,14 +52,9 @@ def _joined(parts: list[Trajectory]) -> PlannedBlock:
 
 
 def replan(trajectories: Iterable[Trajectory], machine: Machine) -> Iterator[Trajectory]:
-    """Plan the paths of trajectories again with the limits of a machine, nowhere faster than they are.
+    """Plan the paths of trajectories again with the limits of a machine, nowhere faster than they are; remarks of the first plan go on.
 
-    The method is that of `optimal`; the path is theirs. Speeds below a hundredth of J T² and A T, which a
-    plan has beside its stops alone, do not count as caps. Remarks of the first plan go on with the second.
-
-    Args:
-        trajectories: A plan, rest to rest.
-        machine: Limits.
+    Speeds below a hundredth of J T² and A T, which a plan has beside its stops alone, do not count as caps.
 
     Raises:
         NoPlanError: No motion within the limits was found.

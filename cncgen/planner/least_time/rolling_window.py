@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, NoPlanError, Span
-from cncgen.planner.least_time.chord_refinement import LOST, MeshPath, furthest, held
+from cncgen.planner.least_time.chord_refinement import LOST, ChordedMotion, MeshPath
 from cncgen.planner.least_time.mesh import ENTER, LEAVE, LINE, SPLINE, Mesh
 from cncgen.planner.least_time.motion_pieces import MotionPieces, pieces_of
 from cncgen.planner.least_time.problem import Intervals, Solution, solve
@@ -117,17 +117,8 @@ class RollingWindow:
     ) -> tuple[Intervals, Solution, MotionPieces]:
         """Lower bounds of q where chords between setpoints are further from the path than their tolerance, and solve again.
 
-        The lower bounds stay with the meshes, for the windows that follow. Where no motion within them is found, a
-        motion from rest is slowed as a whole.
-
-        Args:
-            given: The intervals.
-            solution: Theirs.
-            stands: Whether the motion really rests after the last one. If not, chords near the end are not measured: that
-                part is planned again anyway.
-
-        Returns:
-            Intervals and solution, and the motion.
+        The lower bounds stay with the meshes, for the windows that follow. Where no motion within them is found, a motion from rest is slowed
+        as a whole. Unless the motion `stands` after the last interval, chords near the end are not measured: that part is planned again.
 
         Raises:
             NoPlanError: Chords are still too far from the path after the last round, or no motion that is under way has
@@ -137,7 +128,8 @@ class RollingWindow:
         for left in range(_ROUNDS, -1, -1):
             pieces = pieces_of(given, solution)
             count = len(given) if stands or solution.fallback else max(1, solution.unfelt)
-            lower = held(given, course, pieces, solution, count, left <= _EVERYWHERE)
+            motion = ChordedMotion.of(given, solution, course, pieces, count)
+            lower = motion.held(left <= _EVERYWHERE)
             if lower is None:
                 break
             known = _SLOWER * np.minimum(solution.q[:, 1], lower.top.min(axis=1))
@@ -146,7 +138,7 @@ class RollingWindow:
                 # Slow enough, a motion from rest holds them.
                 again = time_scaled(lower) if self.state is None else None
             if again is None:
-                over, way = furthest(given, course, pieces, solution, count)
+                over, way = motion.furthest()
                 if over > LOST:
                     raise NoPlanError(_too_far(over, course.line_at(way)))
                 break
@@ -181,14 +173,7 @@ class RollingWindow:
         return Intervals.of(self._parts(count), limits)
 
     def _solved(self, given: Intervals) -> tuple[Solution, bool]:
-        """Solve; where that fails, plan less of the path.
-
-        If limits are exceeded most at a place that the motion passes very slowly, it stops there: that mostly costs little. Else
-        half as many intervals are tried, again and again, down to those of the reserve.
-        If these fail too, the reserve is the plan, or, from rest, a `time_scaled` motion.
-
-        Args:
-            given: The intervals.
+        """Solve; where that fails, plan less of the path (docs/least-time.md, Windows).
 
         Returns:
             The solution, maybe for fewer intervals, and whether the stop at its end is a real one.

@@ -1,9 +1,5 @@
-"""The length of a rest in a corner for which the chord between setpoints over it keeps to the tolerance; called by `timeline`.
-
-At a rest in a corner the axes stand still, but a setpoint need not fall there. If the axes go far in one period from rest, the
-chord from the setpoint before the rest to the one after it would cut the corner by more than the tolerance. The times of setpoints are
-known after the motion up to the rest is planned. Then the chord is compared with the path, and the rest is made just as long as the
-tolerance needs (docs/corners.md, Rests).
+"""The length of a rest in a corner for which the chord between setpoints over it keeps to the tolerance (docs/corners.md, Rests); called by
+`timeline`. The times of setpoints are known after the motion up to the rest is planned.
 """
 
 from __future__ import annotations
@@ -200,17 +196,12 @@ class SetpointAlignment:
 def started(
     way: PathMotion, stands: Ints, node_t: Floats, dwells: Floats, ends: bool
 ) -> tuple[Floats, float]:
-    """Return how much longer than its dwell each rest of a motion that starts lasts, shape (n,), s, and when it starts.
-
-    A motion that waits for a setpoint at the start need not wait for it on the way, and standing before the first motion
-    does not count, as standing after the last one does not. So it starts within the first period such that it takes the least time and meets no
-    more setpoints: a motion and its reverse, which can meet the same, take as long. Of long motions that is next to nothing.
+    """Return how much longer than its dwell each rest of a motion that starts lasts, shape (n,), s, and when it starts: within the first period
+    such that it takes the least time and meets no more setpoints (docs/corners.md, The way back). Of long motions that is next to nothing.
 
     Args:
         way: The planned motion.
-        stands: Intervals, none of them the first, that begin at a rest which lasts, or may have to.
-        node_t: Shape (n + 1,), s: when the motion is at the nodes, without waits.
-        dwells: Shape (≥ n,), s: the dwells that the program asks for at them.
+        stands, node_t, dwells: As of `SetpointAlignment.lengthened`; none of the intervals is the first.
         ends: Whether the motion ends with them; else the rest must not be later.
     """
     period = way.course.bounds.period_s
@@ -280,12 +271,11 @@ def _most(x: Floats, tolerance: Floats) -> float:
 def _over(x: Floats, tolerance: Floats, under: NDArray[np.bool_], end: Floats) -> Floats:
     """Return how far places are at most from chords that are gone along with them, as parts of their tolerance, shape (k,).
 
-    The chord does not turn back where the path does. The monotone places on it that are nearest to those that the path has
-    along it are halfway between the furthest so far and the least to come.
+    The chord does not turn back where the path does: of monotone places on it the nearest are halfway between the furthest so far and the
+    least to come.
 
     Args:
-        x: Shape (m, axes), places in their order; chords begin at the first.
-        tolerance: Shape (m,).
+        x, tolerance: Shape (m, axes) and (m,), places in their order; chords begin at the first.
         under: Shape (k, m), which of the places lie under each chord, the first ones.
         end: Shape (k, axes), where the chords end.
     """

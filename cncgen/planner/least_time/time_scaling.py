@@ -1,8 +1,5 @@
-"""The last resort where the solver finds no plan: a slow motion that is certain to hold every limit, and where to stop.
-
-`rolling_window` calls it. All limits are homogeneous in q = v²: if q is multiplied by λ, velocity² and acceleration are multiplied
-by λ, jerk by λ^(3/2) (uniform time scaling: Hollerbach, Dynamic scaling of manipulator trajectories (1984)). So any motion from rest
-to rest holds every limit if it is slowed enough.
+"""The last resort where the solver finds no plan: a slow motion that is certain to hold every limit, and where to stop (docs/least-time.md,
+Windows). Multiplying q = v² by λ is uniform time scaling (Hollerbach, Dynamic scaling of manipulator trajectories (1984)).
 """
 
 from __future__ import annotations

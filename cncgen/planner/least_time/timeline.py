@@ -178,13 +178,7 @@ def slow_nodes(
 
     Those are jumps of the path's derivatives, and minima of the speed between maxima a tenth higher that curvature
     (acceleration, jerk, chord error) causes. A minimum where setpoints see a jump (`SEEN`) is that jump's. One that
-    costs less than a period does not count.
-
-    Args:
-        mesh: The intervals.
-        first: Number of the first one.
-        q, limit: Shape (count,), their solution: v² at their left ends, and the binding limits.
-        period_s: Time between setpoints.
+    costs less than a period does not count. q and limit, shape (count,), are those at the left ends of the intervals from there on.
     """
     jumps = np.flatnonzero(mesh.corner[first : first + len(q)])
     s = mesh.s[first : first + len(q)]

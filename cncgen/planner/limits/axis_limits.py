@@ -166,18 +166,8 @@ class AxisLimits:
         return q, limit
 
     def jump(self, turn: Floats, bend: Floats) -> tuple[Floats, Floats]:
-        """Return what a jump costs: per axis, the part of the jerk limit taken at speed v is linear·v + square·v².
-
-        A divided difference is a mean of the derivative weighed with a B-spline (de Boor, A Practical Guide to Splines
-        (2001), chapter IX). A step of dx/ds by Δ at speed v is a pulse of acceleration v Δ: in the third difference over
-        a period T it is weighed with the derivative of the quadratic B-spline B, |B'| ≤ 1/T², in the second difference with
-        at most 1/T. A step of d²x/ds² is a step of acceleration v² Δ, weighed with B ≤ 3/(4 T) (docs/corners.md).
-
-        Args:
-            turn, bend: Shape (n, axes), steps of dx/ds and d²x/ds².
-
-        Returns:
-            linear, square: Shape (n, axes), s/mm and s²/mm².
+        """Return what jumps of dx/ds and d²x/ds², shape (n, axes), cost: per axis, the part of the jerk limit taken at speed v is linear·v + square·v²,
+        shape (n, axes) each, s/mm and s²/mm² (docs/corners.md, Jumps).
         """
         return np.abs(turn) / self.speed_step, 0.75 * np.abs(bend) / (self.jerk * self.period_s)
 
@@ -200,11 +190,7 @@ def resolution(bounds: AxisLimits, x1: Floats) -> Floats:
 
     It is a small part, `_UNSEEN`, of the way that full jerk, J T³/6, or full acceleration, A T²/2, leads from rest in a
     period, and the chord tolerance at most. X Y Z may turn to any direction within the bend, so each of them counts with
-    its whole limit; further axes follow at the ratio dx/ds that they have at the place. Axes that do not move do not count.
-
-    Args:
-        bounds: Limits.
-        x1: Shape (n, axes), dx/ds at places of the path.
+    its whole limit; further axes follow at the ratio dx/ds that they have at the places of the path, `x1`, shape (n, axes).
     """
     # Of X Y Z alone it is the same everywhere. Column by column, for one that moves is seen at its first places.
     gain = np.abs(x1 if x1.shape[1] > 3 else x1[:1])

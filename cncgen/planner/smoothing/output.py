@@ -33,19 +33,12 @@ def rows_of(
     room: Floats,
     of: Ints,
 ) -> Toolpath:
-    """Return the toolpath of a spline.
-
-    A knot span belongs to the source row in which its middle lies; spans of one row in a row make one NURBS row, with
-    the line and mode of that row, and with its feed. Where rows of another feed are too short for spans of their own, it
-    is the feed that takes the time of all. A feed by inverse time becomes the speed that the row had. `chord_room` is
-    what is left of the tolerance: the least on the rows over which a chord between setpoints may reach. Parts of one straight line
-    have the values of the whole line.
+    """Return the toolpath of a spline (docs/smoothing.md, Rows of the result); parts of one straight line have the values of the whole line.
 
     Args:
         spline: Fitted to the rows `moving` of `source`.
         row_t: Shape (rows + 1,): t of the spline at the ends of these rows.
-        source: Where the rows come from.
-        moving: Their indices, ascending.
+        source, moving: Where the rows come from, and their indices, ascending.
         axes_scale: Shape (axes,): factors by which the columns of the spline were multiplied.
         events: Rows of `source` that may be events to be put in at their place.
         room: Shape (lines,), mm: tolerance that the spline leaves on each straight line or curve.

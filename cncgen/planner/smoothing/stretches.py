@@ -1,7 +1,5 @@
-"""Lines that go straight on, and arcs that go on about one centre, are joined to one row before smoothing (`stream`).
-
-Smoothing distinguishes a corner from a facet of a curve by the length of a row (docs/smoothing.md). This must be the length of the
-whole straight line or arc, not of its parts in the program. So cutting a line in two has no effect.
+"""Lines that go straight on, and arcs that go on about one centre, are joined to one row before smoothing (docs/smoothing.md, Runs), so
+cutting a line in two has no effect.
 """
 
 from __future__ import annotations

@@ -58,11 +58,7 @@ class Chords:
         return cls(drive.chord_reserve_mm, machine.period_s, ends)
 
     def unseen(self, tolerance: Floats, turn: Floats, length: Floats) -> NDArray[np.bool_]:
-        """Tell which corners are passed faster as they are, or stopped in, than rounded, shape (n,).
-
-        Rounded, a turn Δ is passed at v³ = J L²/(0.1475 Δ) with L = 3 P/Δ, so v = 3.94 (J P²)^⅓/Δ; not rounded, at ¾ J T²/Δ, or with a
-        stop where that is below J T². A facet whose middle is within P of its curve, ℓ Δ/8, is not a corner, unless chords take all of
-        P.
+        """Tell which corners are passed faster as they are, or stopped in, than rounded, shape (n,) (docs/smoothing.md).
 
         Args:
             tolerance, turn: Shape (n,), P, mm, and |Δ| of unit vectors.
@@ -73,15 +69,9 @@ class Chords:
         return out & ((turn * length > 8.0 * tolerance) | (tolerance < self.most_mm))
 
     def fit_tolerance(self, tolerance: Floats, curvature: Floats, feed: Floats) -> Floats:
-        """Return what a smoothed curve may leave its path by, shape (n,), so that chords have the room that they need.
+        """Return what a smoothed curve may leave its path by, shape (n,), so that chords have the room that they need (docs/smoothing.md).
 
-        At a corner that is rounded by itself |x''| is Δ²/(9 P) and the speed that of jerk, so v² |x''| T²/8 does not depend on Δ. On a
-        curve, v³ κ² = J.
-
-        Args:
-            tolerance: Shape (n,), P, mm.
-            curvature: Shape (n,), κ of the rows, 1/mm.
-            feed: Shape (n,), mm/s.
+        Of P, mm, the curvature of the rows, 1/mm, and their feed, mm/s, shape (n,) each.
         """
         jerk, square = self.jerk[0], self.period_s**2
         at_corners = _AT_CORNERS * elementary.cbrt(tolerance * (jerk * self.period_s**3) ** 2)

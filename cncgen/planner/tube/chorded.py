@@ -1,11 +1,4 @@
-"""Curves as lines: their sharp bends for the search, and all of them for the plan that it starts from.
-
-Smoothing rounds the corners of lines, and meets a curve exactly. So the plan of a NURBS slows down where it bends within a few
-tolerances, and the search went on from there to a motion that took up to 22 % longer than that of the curve's own chords. And within a
-bend that is sharper than the tolerance is wide, planes across the curve bound the motion to pass it in order, where a corner of lines
-is a place that the motion goes by. So is a place where a curve turns back: without a node there, nothing bounded how far the motion went
-along the curve's tangent, and windows kept the plan.
-"""
+"""Curves as lines: their sharp bends for the search, and all of them for the plan that it starts from (docs/tube.md, First guess)."""
 
 from __future__ import annotations
 

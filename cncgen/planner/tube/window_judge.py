@@ -23,14 +23,8 @@ REST = 1e-9
 
 
 def too_fast(found: Solved, velocity: Floats, feed: Floats, linear: int) -> NDArray[np.bool_]:
-    """Tell on which intervals an axis is over its velocity, or the motion over the feed, shape (k,).
-
-    Args:
-        found: The motion, of n axes.
-        velocity: Shape (n,), limits.
-        feed: Shape (k,).
-        linear: How many axes the feed is meant over: the first ones.
-    """
+    """Tell on which intervals an axis is over its velocity, shape (n,), or its first `linear` ones over the feed, shape (k,); the answer has
+    shape (k,)."""
     out = np.empty(len(found.step), np.int8)
     most, allowed = ((1.0 + _OVER) * each for each in (velocity, feed))
     tube_motion.too_fast(

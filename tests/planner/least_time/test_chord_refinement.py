@@ -293,7 +293,7 @@ def test_chords_that_stay_too_far_are_an_error(monkeypatch: pytest.MonkeyPatch) 
     with pytest.raises(NoPlanError) as error:
         setpoints(text, mill)
     told = error.value.diagnostics[0]
-    monkeypatch.setattr(rolling_window, "held", lambda *given: None)
+    monkeypatch.setattr(chord_refinement.ChordedMotion, "held", lambda *given: None)
     over = furthest(text, mill, path, 32)
     assert over > 1.1
     assert float(re.search(r"would be (\S+) times", told.message)[1]) == pytest.approx(over, rel=2e-3)
@@ -326,8 +326,10 @@ def test_a_motion_under_way_without_closer_chords_is_an_error(monkeypatch: pytes
 def test_where_the_speed_changes_little_nothing_is_planned_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """A circle at the speed that its chords allow: bounds at places hold them, to rounding."""
     found = []
-    held = rolling_window.held
-    monkeypatch.setattr(rolling_window, "held", lambda *given: found.append(held(*given)) or found[-1])
+    held = chord_refinement.ChordedMotion.held
+    monkeypatch.setattr(
+        chord_refinement.ChordedMotion, "held", lambda *given: found.append(held(*given)) or found[-1]
+    )
     mill = machine(1e-3, 1e-3, 500.0, 2000.0, 5e4)
     x = setpoints("G3 X0 Y0 I0 J20\n", mill)
     assert found == [None]
