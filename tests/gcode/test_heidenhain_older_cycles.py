@@ -101,6 +101,14 @@ def test_slot(moves: Any, kind: int, turn: float, infeed: float, expected: list[
     assert found[-1] == (*expected[-1][:2], 50, 0)
 
 
+def test_slot_of_a_control_without_q206(moves: Any, run: Any) -> None:
+    """TNC 426 gives 210 the one feed Q207: the finisher goes down at it, not at the Q206 of the drilling before, and nothing is missing."""
+    drill = "CYCL DEF 200 DRILLING ~\n Q200=2 ~\n Q201=-5 ~\n Q206=70 ~\n Q202=5 ~\n Q210=0 ~\n Q203=0 ~\n Q204=50 ~\n Q211=0\n"
+    text = PLAIN + drill + SLOT.format(kind=2, turn=0, infeed=0).replace(" Q206=+150 ~\n", "") + END
+    assert moves(text)[3] == (26, 40, -10, 500)
+    assert "cycle-parameters" not in [d.code for d in run(text).diagnostics]
+
+
 BOW = (
     "CYCL DEF 211 CIRCULAR SLOT ~\n Q215={kind} ~\n Q244=+80 ~\n Q219=+12 ~\n Q245=+0 ~\n Q248=+90 ~\n Q338=+0 ~\n"
     + LEVELS

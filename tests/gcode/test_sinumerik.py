@@ -424,6 +424,7 @@ WRONG: dict[str, tuple[str, tuple[str, int, int]]] = {
     "ROTS of three angles": ("ROTS X10 Y20 Z30", ("not-read", 1, 1)),
     "a part of another program": ('CALL "UP1" BLOCK ANF TO ENDE', ("not-read", 1, 12)),
     "CALL BLOCK of no label": ("CALL BLOCK ANF TO ENDE", ("label-missing", 1, 1)),
+    "the speed by another axis": ("G96 S200 M4 SCC[Z]", ("not-read", 1, 13)),
     "ISOCALL": ("ISOCALL L100", ("not-read", 1, 1)),
     "PRESETON": ("PRESETON(X,0)", ("not-read", 1, 1)),
     "GOTOF without a label": ("GOTOF", ("syntax", 1, 6)),

@@ -659,7 +659,7 @@ def test_the_bound_of_the_speed_stands_before_in_and_behind_g96(calls: Any, line
     [("FGROUP(X,Y)", "feed-group"), ("FGREF[A]=12.5", "feed-group"), ("R1=$AC_TIMER[1]", "counter-stands"),
      ("FGROUP(X,Y,Z)", None), ("FGROUP()", None),  ("$AC_TIMER[1]=0", None), ("DRFOF", None), ("CP", None), ("CANCEL(1)", None), ("SETPIECE(1)", None),
      ("IPTRLOCK", None), ("OSC", None), ("CALLPATH(\"/_N_WKS_DIR/_N_A_WPD\")", None), ("$A_OUT[3]=1", None), ("GEOAX()", None),
-     ("GEOAX(1,X,2,Y)", None), ("DELETE(R1,\"LOG\")", None)],
+     ("GEOAX(1,X,2,Y)", None), ("SCC[X]", None), ("scc [ x ]", None), ("DELETE(R1,\"LOG\")", None)],
 )  # fmt: skip
 def test_words_that_move_nothing(run: Run, line: str, code: str | None) -> None:
     assert codes(run, f"{line}\nG0 X1\nM30") == ([] if code is None else [code])

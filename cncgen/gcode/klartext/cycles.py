@@ -118,8 +118,9 @@ ROWS: dict[int, CycleRow] = {
     264: CycleRow(threads.drill_and_mill, "335 239 201 356 253 351 202 258 257 256 206 207 512 " + _FRONT, lacking={512: 0.0}),
     265: CycleRow(threads.downwards, "335 239 201 253 360 254 207 " + _FRONT, lacking={512: 0.0}),
     267: CycleRow(threads.mill_outside, "335 239 201 355 253 351 254 207 512 " + _FRONT, lacking={512: 0.0}),
-    210: CycleRow(finishing.slot, _OLD_SLOT + " 218 224"),
-    211: CycleRow(finishing.bow, _OLD_SLOT + " 244 245 248"),
+    # TNC 426 has no Q206 here: all goes at Q207.
+    210: CycleRow(finishing.slot, _OLD_SLOT + " 218 224", lacking={206: 0.0}),
+    211: CycleRow(finishing.bow, _OLD_SLOT + " 244 245 248", lacking={206: 0.0}),
     212: CycleRow(finishing.rectangular_pocket, _FINISHING + " 218 219 220 221"),
     # The blanks, 221 and 222, say where the control begins: 3.5 radii of the tool beside the wall, which is done always.
     213: CycleRow(finishing.rectangular_stud, _FINISHING + " 218 219 220", "221"),

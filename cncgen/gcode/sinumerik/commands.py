@@ -27,7 +27,7 @@ NAMED = frozenset(
     [*MACHINE_AXES, *orientation.VECTOR, *orientation.ANGLES, *measuring.WORDS, *(f"S{k}" for k in range(10)), *(f"M{k}" for k in range(100)),
      "AP", "RP", "FP", "CR", "AR", "ANG", "TURN", "I1", "J1", "K1", "RND", "RNDM", "CHF", "CHR", "FRC", "FRCM", "ADIS", "ADISPOS",
      "CTOL", "OTOL", "CTOLG0", "OTOLG0", "PW", "PL", "SD", "RPL", "SPOS", "SPOSA", "SF", "PO", "DISC", "DISR", "DISCL", "DISRP",
-     "OFFN", "OVR", "PIT", "DITS", "DITE", "FB", "FZ", "FAD", "SCC", "LIMS", "PRIO", "ALF", "H0", "H1", "H2", "D1", "SVC", "OVRRAP", "STOLF", "CUTMOD", "T1", "T2", "T3",]
+     "OFFN", "OVR", "PIT", "DITS", "DITE", "FB", "FZ", "FAD", "LIMS", "PRIO", "ALF", "H0", "H1", "H2", "D1", "SVC", "OVRRAP", "STOLF", "CUTMOD", "T1", "T2", "T3",]
 )  # fmt: skip
 #: Words that change how the control moves, not where to: accepted.
 _ACCEPTED = frozenset(
@@ -500,6 +500,12 @@ def _path_axes(motions: Motions, name: str, values: list[Scalar | None]) -> None
         motions.ip.warn_once(BlockError("feed-group", message, name, hint=hint))
 
 
+def _surface_axis(motions: Motions, name: str, values: list[Scalar | None]) -> None:
+    """SCC[X]: the axis from whose zero G96 takes the diameter, X here; raise where it is another (SINUMERIK ONE, NC programming, 12/2019, p. 99)."""
+    if values != ["X"]:
+        raise not_read(name, f"the speed of the spindle by {values[0]}")
+
+
 def _spline_axes(motions: Motions, name: str, values: list[Scalar | None]) -> None:
     """SPLINEPATH(1,X,Y,Z): the axes of which splines are made, as at the start; raise where one of X, Y and Z goes along a line beside the spline."""
     left = set("XYZ").difference(str(value) for value in values[1:])
@@ -556,6 +562,7 @@ CALLS: dict[str, Callable[[Motions, str, list[Scalar | None]], None]] = {
     "SETMS": _master,
     "SETINT": _interrupt,
     "FGROUP": _path_axes,
+    "SCC": _surface_axis,
     "SPLINEPATH": _spline_axes,
     "GEOAX": _geometry_axes,
     **measuring.CYCLES,

@@ -22,7 +22,7 @@ Item = tuple[Any, ...]
 
 _OPERATOR = ("TIMES", "SIGN", "__ANON_0", "COLON", "OR", "XOR", "AND", "B_OR", "B_XOR", "B_AND")
 _COMMANDS = (
-    "IF", "ELSE", "ENDIF", "LOOP", "ENDLOOP", "FOR", "ENDFOR", "WHILE", "ENDWHILE", "REPEAT", "UNTIL", "REPEATB", "_CALL_BLOCK",
+    "IF", "ELSE", "ENDIF", "LOOP", "ENDLOOP", "FOR", "ENDFOR", "WHILE", "ENDWHILE", "REPEAT", "UNTIL", "REPEATB", "_CALL_BLOCK", "_SCC",
     "CASE", "DEF", "PROC", "EXTERN", "SYNCHRONOUS",
 )  # fmt: skip
 _LANGUAGE = Language(
@@ -192,6 +192,7 @@ VALUES: dict[str, Callable[..., Any]] = {
     "setting": _setting,
     "polynomial": lambda target, *values: ("poly", target, values),
     "call": lambda name, arguments: ("call", name.upper(), arguments),
+    "surface_axis": lambda name: ("call", "SCC", (expressions.variable(_name(name), ()),)),
     "command": lambda name: ("name", name.upper()),
     "text": lambda text: ("text", _text(text)),
     "target": lambda name, *indices: (_name(name), _given(indices)),
