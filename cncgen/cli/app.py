@@ -116,7 +116,7 @@ def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
     from cncgen.kernels import UncompiledWarning
 
     if isinstance(message, RemarkWarning):
-        messages.show([message.diagnostic])
+        messages.show_once(message.diagnostic)
     elif isinstance(message, UncompiledWarning):
         messages.warning("kernels-uncompiled", str(message))
 

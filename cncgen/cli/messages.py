@@ -28,6 +28,8 @@ class _Style:
     kept: list[Diagnostic] | None = None
     #: Codes of the diagnostics that were printed as text, each once, in order.
     codes: ClassVar[dict[str, None]] = {}
+    #: Remarks that were told in this run.
+    told: ClassVar[set[tuple[str, str]]] = set()
 
 
 #: Characters that control a terminal, as they are shown; lines end as they do.
@@ -39,6 +41,7 @@ def reset() -> None:
     _Style.json = _Style.quiet = False
     _Style.json_stream = _Style.kept = None
     _Style.codes = {}
+    _Style.told = set()
 
 
 def keep() -> list[Diagnostic]:
@@ -96,6 +99,14 @@ def show(diagnostics: Iterable[Diagnostic] | Diagnostics, *, as_json: bool = Fal
             _Style.codes[diagnostic.code] = None
     if isinstance(diagnostics, Diagnostics):
         _show_suppressed(diagnostics.suppressed)
+
+
+def show_once(remark: Diagnostic) -> None:
+    """Print a remark unless this run has told it: a comparison makes the same loop for each of its rows."""
+    said = (remark.code, remark.render())
+    if said not in _Style.told:
+        _Style.told.add(said)
+        show([remark])
 
 
 def say_where_more_is_said() -> None:

@@ -470,6 +470,25 @@ def test_an_estimate_has_times_and_no_setpoints(
     assert found["cycle_time_s"] > 0
 
 
+def test_a_comparison_tells_of_an_unstable_loop_once(
+    tmp_path: Path, part: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """A sampled P loop of an integrator has its pole at 1 − Kv T: below −1, so unstable, for Kv above 2/T = 2000 1/s."""
+    axis = (
+        "max_velocity_mm_s = 250.0\nmax_acceleration_mm_s2 = 2500.0\nmax_jerk_mm_s3 = 50000.0\n"
+        '[axes.{0}.servo]\nmodel = "first-order"\nposition_gain_1_s = 2100.0\n'
+    )
+    head = 'name = "eager"\nperiod_s = 0.001\nchord_tolerance_mm = 0.001\npath_tolerance_mm = 0.01\n'
+    text = head + "".join(f"[axes.{letter}]\n" + axis.format(letter) for letter in "xy")
+    (tmp_path / "eager.toml").write_text(text)
+    words = ["compare", str(part), "-m", str(tmp_path / "eager.toml"), "--feedrates", "optimal,constant"]
+    for _ in "ab":  # a second run in one process tells it again
+        run(words)
+        said = capfd.readouterr().err
+        for letter in "XY":
+            assert said.count(f"warning[servo-unstable]: the closed loop of axis {letter}") == 1
+
+
 def test_compare_shows_the_interpolator_that_is_asked_for(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
