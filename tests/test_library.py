@@ -150,6 +150,10 @@ def planned(_: object = None) -> tuple[int, float]:
          "of them\n  help: cncgen.read_setpoints reads those of a file"),
         (lambda: cncgen.simulate(np.zeros((5, 2)), "xy-table"), 'help: cncgen.Setpoints("XY", period_s, 0, rows) makes'),
         (lambda: cncgen.simulate(5, "xy-table"), "setpoints is of type int"),
+        (lambda: list(cncgen.simulate(iter(()), "xy-table")), "there are no setpoints\n  help: a generator can be read once"),
+        (lambda: list(cncgen.simulate(cncgen.Setpoints("X", 0.001, 0, np.zeros((0, 1))), "xy-table")), "there are no setpoints"),
+        (lambda: list(cncgen.simulate(cncgen.Setpoints("XY", 0.001, 0, [[0.0], [1.0, 2.0]]), "xy-table")),
+         "positions of setpoints are not an array of numbers"),
         (lambda: cncgen.simulate([], "xy-table", controller="pid"), "no controller is called 'pid'"),
         (lambda: cncgen.simulate([], "xy-table", settle_s=-1), "settle_s = -1 must be a finite number not below 0"),
         (lambda: cncgen.simulate([], "xy-table", settle_s=1e9), "settle_s = 1000000000.0 must be a finite number not "

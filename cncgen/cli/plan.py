@@ -81,6 +81,8 @@ def command(
             f"--as {control} estimates times; it has no setpoints to write with -o, --format or --signals"
         )
     names = tuple(name.strip() for name in signals.split(",") if name.strip())
+    if signals and not names:
+        raise click.UsageError("--signals names nothing: names go here, separated by commas")
     kind = setpoint_format(output, format)
     with opened(program, reading, planning["path_tolerance"], machine) as read:
         options = replace(plan_options(planning), control=control)

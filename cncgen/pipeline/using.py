@@ -61,7 +61,7 @@ def simulate(
 
     Raises:
         UsageError: An axis that the machine has, or that moves, has no servo data, the controller does not exist for these axes, or (as they are drawn) setpoints
-            are wrong.
+            are wrong, or there are none: a generator was read before.
     """
     from cncgen.servo.loop_doubts import telling
     from cncgen.servo.named_schemes import scheme_maker, settings_of
@@ -69,7 +69,7 @@ def simulate(
     from cncgen.servo.stream import driven
 
     settle_s = expect_number(settle_s, "settle_s", high=LONGEST_SETTLE_S)
-    chunks = _chunks_of(setpoints)
+    chunks = _some(_chunks_of(setpoints))
     servos = servos_of(machine)
     made = telling(scheme_maker(controller, servos, settings_of(coupling_of(machine))))
     if not isinstance(machine, Mapping):
@@ -146,12 +146,22 @@ def _stream_of(setpoints: Iterable[Setpoints] | Setpoints | Plan) -> SetpointStr
     return SetpointStream(getattr(setpoints, "name", "setpoints"), first.axes, first.period_s, chunks)
 
 
+def _some(chunks: Iterator[Setpoints]) -> Iterator[Setpoints]:
+    """Yield chunks; raise UsageError at the end of a stream without a row."""
+    rows = 0
+    for chunk in chunks:
+        rows += len(chunk)
+        yield chunk
+    if not rows:
+        raise wrong("there are no setpoints", "a generator can be read once")
+
+
 def _first_of(setpoints: Iterable[Setpoints] | Setpoints | Plan) -> tuple[Setpoints, Iterator[Setpoints]]:
     """Return the first chunk of setpoints of any form, and the stream of all."""
     chunks = _chunks_of(setpoints)
     first = next(chunks, None)
     if first is None:
-        raise wrong("there are no setpoints")
+        raise wrong("there are no setpoints", "a generator can be read once")
     return first, chain((first,), chunks)
 
 

@@ -68,11 +68,11 @@ def check_range(points: Setpoints) -> None:
 
 def _doubles(values: Any, name: str) -> NDArray[np.float64]:
     """Return an array of doubles in C order, the same where it is one."""
-    if np.iscomplexobj(values):
-        raise wrong(f"{name} are complex numbers; they must be real (numpy.real gives the real part)")
-    if np.ma.is_masked(values):
-        raise wrong(f"{name} are masked: every setpoint needs a position")
     try:
+        if np.iscomplexobj(values):
+            raise wrong(f"{name} are complex numbers; they must be real (numpy.real gives the real part)")
+        if np.ma.is_masked(values):
+            raise wrong(f"{name} are masked: every setpoint needs a position")
         return np.ascontiguousarray(values, np.float64)
     except (TypeError, ValueError) as error:
         raise wrong(f"{name} are not an array of numbers: {error}") from None

@@ -39,6 +39,7 @@ def folder(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize(
     ("call", "code", "told"),
     [
+        ("plan part.nc --signals ,", 2, "--signals names nothing"),
         ("plan part.nc --signals foo,vel", 2, "signals foo: not one of vel, acc"),
         ("plan part.nc --max-steps 0", 2, "0 is not in the range x>=1"),
         ("plan part.nc --tool-table nope", 2, "cannot read nope"),
