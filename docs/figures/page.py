@@ -65,9 +65,7 @@ def notebook() -> str:
     import nbformat
 
     book = nbformat.read(HERE.parent / "notebook.ipynb", as_version=4)
-    nbclient.NotebookClient(
-        book, timeout=120, resources={"metadata": {"path": str(PROGRAMS.parent)}}
-    ).execute()
+    nbclient.NotebookClient(book, timeout=120, resources={"metadata": {"path": str(HERE.parent)}}).execute()
     shown = ["<!doctype html><meta charset='utf-8'><body style='font: 14px sans-serif; margin: 1em'>"]
     for cell in book.cells:
         shown.append(f"<pre style='background: #f3f5f8; padding: .6em'>{escape(cell.source)}</pre>")

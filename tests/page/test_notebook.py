@@ -72,8 +72,9 @@ def book() -> Any:
     book = nbformat.read(ROOT / "docs" / "notebook.ipynb", as_version=4)
     manager = KernelManager()
     manager.kernel_spec.argv[0] = sys.executable
+    # Jupyter starts a notebook in its own folder.
     client = nbclient.NotebookClient(
-        book, km=manager, timeout=120, resources={"metadata": {"path": str(ROOT)}}
+        book, km=manager, timeout=120, resources={"metadata": {"path": str(ROOT / "docs")}}
     )
     client.execute()
     return book
