@@ -179,7 +179,9 @@ def variant_of(what: str, options: PlanOptions | None = None) -> Variant:
     from cncgen.planner import PlanOptions
 
     if "=" not in what:
-        if os.path.isfile(what) and not what.lower().endswith(".toml"):
+        # A name with a suffix is a file's, also where there is no such file: its reader says so.
+        suffix = os.path.splitext(what)[1].lower()
+        if suffix != ".toml" and (suffix or os.path.isfile(what)):
             return Variant(os.path.basename(what), setpoints=what)
         return Variant(os.path.basename(what).removesuffix(".toml"), machine=what)
     machine: str | None = None

@@ -197,7 +197,7 @@ class Findings:
                 first.append(Diagnostic(code, text, _severity(code), Span(self.name, 1)))
         for name, line in self._unknown.items():
             text = f"the diameter of tool {name!r} is not known; its motions are left out"
-            hint = "--tool NAME=flat:D names it, or a tool table with diameters"
+            hint = "--tool NAME=flat:D names it (on a lathe NAME=turn:NOSE,TRAILING), or a tool table with diameters"
             first.append(Diagnostic("cut-tool", text, Severity.WARNING, Span(self.name, line), hint=hint))
         self.found[:0] = first
 

@@ -40,6 +40,8 @@ def test_a_machine_settings_or_a_file(tmp_path: Path) -> None:
     file = tmp_path / "s.csv"
     file.write_text("t_s,x_mm\n0,0\n0.001,0\n")
     assert variant_of(str(file)).setpoints == str(file)
+    with pytest.raises(UsageError, match=r"cannot read none\.csv: there is no such file"):
+        report_page(cncgen.read_text(SQUARE), "xy-table", compare=[variant_of("none.csv")])
 
 
 @pytest.mark.parametrize("what", ["speed=3", "tolerance=wide", "tolerance=-1", "tolerance=nan"])
