@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import errno
 import io
 import os
@@ -48,6 +49,23 @@ def file_fault(path: str | os.PathLike[str], verb: str, error: OSError) -> Usage
     stream = "standard input" if verb == "read" else "standard output"
     name = stream if path == STANDARD else os.fspath(path) or "the file with an empty name"
     return UsageError(Diagnostic(f"file-{verb}", f"cannot {verb} {name}: {reason}"))
+
+
+#: Byte order marks of UTF-16, by the coding of what follows.
+_WIDE = {codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"}
+#: How long these marks are.
+WIDE_MARK = 2
+
+
+def is_wide(head: bytes) -> bool:
+    """Tell whether a text begins with the mark of UTF-16, as Windows' editors ("Unicode") and PowerShell's `>` write it."""
+    return head[:WIDE_MARK] in _WIDE
+
+
+def as_utf8(text: bytes) -> bytes:
+    """Return a text of UTF-16 with its mark in UTF-8, and any other as it is; what is no text in it becomes U+FFFD."""
+    coding = _WIDE.get(bytes(text[:WIDE_MARK]))
+    return text[WIDE_MARK:].decode(coding, "replace").encode("utf-8", "replace") if coding else text
 
 
 #: Bytes read at a time of a file that has a bound.

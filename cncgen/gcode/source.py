@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from cncgen.diagnostics import Diagnostic, UsageError
-from cncgen.files import STANDARD, file_fault, reading_faults
+from cncgen.files import STANDARD, WIDE_MARK, as_utf8, file_fault, is_wide, reading_faults
 from cncgen.records import replace
 
 TYPE_CHECKING = False
@@ -30,8 +30,6 @@ _BLOCK = 1 << 20
 #: Bytes of the leader and trailer of a tape: blank places, and the codes DC1 to DC4 that start and stop its reader and punch; and the
 #: Control-Z that ends a text of CP/M and MS-DOS, with which XMODEM fills its last block.
 _TAPE = b"\0\x11\x12\x13\x14\x1a"
-#: Byte order marks of UTF-16.
-_WIDE = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 class Source:
@@ -86,8 +84,9 @@ class Source:
         return b"\0" in self.data[:_HEAD]
 
     def is_wide(self) -> bool:
-        """Tell whether the text begins as UTF-16 does."""
-        return self.data[:2] in _WIDE
+        """Tell whether each second byte of the head is NUL, as in UTF-16 without its mark."""
+        head = self.data[:_HEAD]
+        return not (head[::2].strip(b"\0") and head[1::2].strip(b"\0"))
 
 
 def open_source(source: str | os.PathLike[str] | BinaryIO, name: str) -> Source:
@@ -131,7 +130,7 @@ def _spool(source: BinaryIO, spool: BinaryIO, name: str) -> None:
     """Copy a stream, up to `MAX_STREAM` bytes; of a binary one only its head, which shows that."""
     block = _read(source, name)
     head = block[:_HEAD]
-    if b"\0" in (head.strip(_TAPE) or head) and block[:2] not in _WIDE:
+    if b"\0" in (head.strip(_TAPE) or head) and not is_wide(block):
         spool.write(block[:_HEAD])
         return
     while block:
@@ -149,8 +148,10 @@ def _read(source: BinaryIO, name: str) -> bytes:
 
 
 def _with_newlines(data: bytes | mmap.mmap) -> bytes | mmap.mmap:
-    """Return a text without the mark of UTF-8 or what leads and trails a tape, and with newlines where CR alone ends its lines."""
-    if data[:2] not in _WIDE and data[:1] + data[-1:] and (data[:1] in _TAPE or data[-1:] in _TAPE):
+    """Return a text of UTF-16 in UTF-8, without marks or what leads and trails a tape, and with newlines where CR alone ends its lines."""
+    if is_wide(data[:WIDE_MARK]):
+        data = as_utf8(data[:])
+    elif data[:1] + data[-1:] and (data[:1] in _TAPE or data[-1:] in _TAPE):
         text = data[:].strip(_TAPE)
         data = text if text[:1] not in (b"", b"\x7f") else data
     if data[: len(codecs.BOM_UTF8)] == codecs.BOM_UTF8:

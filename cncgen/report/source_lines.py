@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 from collections import defaultdict
 from collections.abc import Iterable
@@ -9,6 +10,7 @@ from contextlib import suppress
 from itertools import islice
 
 from cncgen.diagnostics import excerpt_of
+from cncgen.files import WIDE_MARK, as_utf8, is_wide
 
 #: Characters of a line that are shown.
 MOST_CHARACTERS = 60
@@ -34,7 +36,8 @@ def source_lines(places: Iterable[tuple[str, int]]) -> dict[tuple[str, int], str
 
 def _lines(name: str, wanted: set[int]) -> Iterable[tuple[int, str]]:
     with open(name, "rb") as file:
-        for number, raw in enumerate(islice(file, max(wanted)), start=1):
+        lines = io.BytesIO(as_utf8(file.read())) if is_wide(file.peek(WIDE_MARK)) else file
+        for number, raw in enumerate(islice(lines, max(wanted)), start=1):
             if number in wanted:
                 text, _ = excerpt_of(raw[: 4 * MOST_CHARACTERS + 4].decode("utf-8", "replace").strip(), 1)
                 yield number, text if len(text) <= MOST_CHARACTERS else text[: MOST_CHARACTERS - 1] + "…"

@@ -175,12 +175,25 @@ def test_a_program_that_only_waits(
         (PART.encode() + b"\x1a", True),
         (PART.replace("M2", "(\u00fcber)\nM2").encode("latin-1"), True),
         (b"%\n" + PART.encode() + b"%\n", True),
-        (PART.encode("utf-16"), False),
+        (PART.encode("utf-16"), True),
+        (PART.encode("utf-16-le"), False),
         (PART.encode("utf-32-be"), False),
         (PART.encode("cp037"), False),
         (bytes(range(256)) * 40, False),
     ],
-    ids=["BOM", "CR LF", "CR", "Ctrl-Z", "Latin-1", "%", "UTF-16", "UTF-32", "EBCDIC", "bytes"],
+    ids=[
+        "BOM",
+        "CR LF",
+        "CR",
+        "Ctrl-Z",
+        "Latin-1",
+        "%",
+        "UTF-16",
+        "UTF-16 without its mark",
+        "UTF-32",
+        "EBCDIC",
+        "bytes",
+    ],
 )
 def test_encodings_of_programs(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], content: bytes, fine: bool

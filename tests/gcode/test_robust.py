@@ -264,13 +264,41 @@ def test_lines_end_as_any_system_ends_them(begin: bytes, end: bytes, last: bytes
 
 
 @pytest.mark.parametrize("dialect", ["auto", "linuxcnc", "sinumerik", "heidenhain"])
-def test_wide_text_is_named(dialect: str) -> None:
-    for coding in ("utf-16", "utf-16-le"):
+def test_wide_text_without_its_mark_is_named(dialect: str) -> None:
+    for coding, named in (("utf-16-le", True), ("utf-16-be", True), ("utf-32", True), ("ascii", False)):
         found = Diagnostics()
-        check(io.BytesIO("G0 X1\nM2\n".encode(coding)), "a", ReadOptions(dialect=dialect), found)
+        check(
+            io.BytesIO(("G0 X1" + "\0" * (not named) + "\nM2\n").encode(coding)),
+            "a",
+            ReadOptions(dialect=dialect),
+            found,
+        )
         (fault,) = [d for d in found if d.code != "dialect"]
         assert fault.code == "binary-file"
-        assert ("UTF-16" in fault.hint) == (coding == "utf-16")
+        assert ("UTF-16" in fault.hint) == named
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+@pytest.mark.parametrize("coding", ["utf-16-le", "utf-16-be"])
+def test_wide_text_is_the_same_text(coding: str, end: str, tmp_path: Path) -> None:
+    """Places of faults count characters, as they do in UTF-8, which Python's own codecs make here."""
+    text = end.join(
+        ["%", "O1 (Gr\u00f6\u00dfe \u4e2d)", "G21 G90 G54", "(\u00e9) G1 X5. Q! F100", "M30", "%", ""]
+    )
+    wide, narrow = tmp_path / "wide.nc", tmp_path / "narrow.nc"
+    wide.write_bytes(("\ufeff" + text).encode(coding))
+    narrow.write_bytes(text.encode())
+    said = []
+    for path in (wide, narrow):
+        for given_as in (path, io.BytesIO(path.read_bytes())):
+            found = Diagnostics()
+            check(given_as, "a", ReadOptions(), found)
+            said.append(
+                [(d.code, d.message, d.span and (d.span.line, d.span.column, d.excerpt)) for d in found]
+            )
+    assert said[0] == said[1] == said[2] == said[3]
+    (fault,) = [place for code, _, place in said[0] if code == "syntax"]
+    assert fault == (4, 13, "(\u00e9) G1 X5. Q! F100")
 
 
 #: An infinite number, and one that is none.

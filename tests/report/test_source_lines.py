@@ -19,6 +19,12 @@ def test_lines_of_several_files(tmp_path: Path) -> None:
     }
 
 
+def test_lines_of_wide_text(tmp_path: Path) -> None:
+    name = str(tmp_path / "wide.nc")
+    Path(name).write_bytes("%\r\nG1 X1 (caf\u00e9)\r\n".encode("utf-16"))
+    assert source_lines([(name, 2)]) == {(name, 2): "G1 X1 (caf\u00e9)"}
+
+
 def test_what_cannot_be_read_has_no_text(tmp_path: Path) -> None:
     (tmp_path / "short.nc").write_text("M2\n")
     missing = [str(tmp_path / "none.nc"), str(tmp_path), "-", "\x00", str(tmp_path / "short.nc")]

@@ -48,7 +48,9 @@ class Faults:
         """Report a binary source; tell whether it is one."""
         if not source.is_binary():
             return False
-        hint = "is it UTF-16? save it as UTF-8 or ASCII" if source.is_wide() else ""
+        hint = (
+            "is it UTF-16 without its mark, or UTF-32? save it as UTF-8 or ASCII" if source.is_wide() else ""
+        )
         message = f"{source.name} is not text: it holds NUL bytes"
         self.at(Cursor(0, 0, 1), BlockError("binary-file", message, hint=hint))
         return True

@@ -12,6 +12,7 @@ import numpy as np
 
 from cncgen import __version__
 from cncgen.diagnostics import json_values
+from cncgen.files import as_utf8
 from cncgen.machine.record import Machine
 from cncgen.planner.record import Limit
 from cncgen.removal.cutters import insert_of_event
@@ -173,5 +174,5 @@ def _source(name: str, texts: Mapping[str, bytes], blob: Blob, wanted: bool) -> 
         with suppress(OSError), open(name, "rb") as file:
             text = file.read(MOST_SOURCE)
     if wanted and text is not None:
-        found["text"] = put_text(text.decode("utf-8", "replace").encode(), blob)
+        found["text"] = put_text(as_utf8(text).decode("utf-8", "replace").encode(), blob)
     return found
