@@ -27,6 +27,15 @@ NEXT_TOOL = "t next"
 #: The word that a program's name behind M98 or G65 becomes, and the names by its number.
 PROGRAM = "program"
 program_names: list[str] = []
+
+
+def named_program(name: str) -> int:
+    """Return the number of a program's name."""
+    if name not in program_names:
+        program_names.append(name)
+    return program_names.index(name)
+
+
 #: Largest number of a word, mm or inch: machines have their places within it.
 LARGEST = POSITION
 
@@ -92,11 +101,11 @@ class Flow:
 
 @dataclass(frozen=True, slots=True)
 class Jump:
-    """Where a block leads that calls, returns or passes lines (M97, M98, M99, G65, G66, a cycle of lathes).
+    """Where a block leads that calls, returns or passes lines (M96, M97, M98, M99, G65, G66, a cycle of lathes).
 
     Attributes:
-        kind: ``call``, ``macro``, ``modal``, ``lines``, ``return`` or ``past``.
-        number: Number of the program, below 0 that of its name; of ``lines``, ``return`` and ``past`` that of an N word, -1 for none.
+        kind: ``call``, ``macro``, ``modal``, ``line``, ``lines``, ``return`` or ``past``.
+        number: Number of the program, below 0 that of its name; of ``line``, ``lines``, ``return`` and ``past`` that of an N word, -1 for none.
         times: How often it runs.
         line: N of the line at which the program of a call begins, -1 for its first.
     """

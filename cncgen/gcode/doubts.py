@@ -207,6 +207,12 @@ def _within(source: Source, at: int) -> bool:
     return cut_of(source.data[begin : source.line_end(begin)]) == at - begin > 0
 
 
+def _in_remark(source: Source, at: int) -> bool:
+    """Tell whether a place of a line stands in a comment in parentheses."""
+    before = source.data[source.data.rfind(b"\n", 0, at) + 1 : at]
+    return before.count(b"(") > before.count(b")")
+
+
 def _lengths(head: bytes, lines: bytes, mill: bool) -> _Doubt:
     """Return the doubt about lengths without a point in a text of FANUC's."""
     if not compiled(signs.LENGTH_WITH_POINT).search(lines):
@@ -236,7 +242,10 @@ def _doubts(
 
         slashes = re.finditer(_SLASH.sign, source.data)
         found.append((_SLASH, next((one for one in slashes if _within(source, one.start())), None)))
-        found.append((_BEHIND_SEMICOLON, re.search(_BEHIND_SEMICOLON.sign, source.data, re.IGNORECASE)))
+        hidden = re.finditer(_BEHIND_SEMICOLON.sign, source.data, re.IGNORECASE)
+        found.append(
+            (_BEHIND_SEMICOLON, next((one for one in hidden if not _in_remark(source, one.start())), None))
+        )
         from cncgen.gcode.main_program import main_behind
 
         main = main_behind(source)

@@ -20,7 +20,8 @@ from cncgen.gcode.codes.table import LATHES, Code, language_of, table
 from cncgen.gcode.source import Source, open_source
 from cncgen.gcode.state.modal import PLANE_AXES
 from cncgen.gcode.text.parsers import parser
-from cncgen.gcode.text.search import candidates, leaves_path
+from cncgen.gcode.text.search import candidates, leaves_path, parted
+from cncgen.grammars.terminals import FANUC
 from cncgen.kernels import gcode_codes
 from cncgen.kernels.gcode_names import named
 from cncgen.records import dataclass
@@ -145,8 +146,11 @@ def _named(text: Source, dialect: str) -> _Text:
         bits, line, programs = read()
     callers = [rf"{code.letter}[ \t]*0*{code.number // 10}" for code in codes if code.calls]
     if callers and language == "fanuc":
-        for name in re.findall(rf"(?i)(?:{'|'.join(callers)})[ \t]*<([^>\n]*)>".encode(), text.data):
-            programs.add(b"".join(name.split()).decode("utf-8", "replace").lower())
+        # A program stands behind its caller by name, or its file in a comment (Haas).
+        call = re.compile(rf"(?i)(?:{'|'.join(callers)})[ \t]*(?:<([^>\n]*)>|({FANUC['COMMENT']}))".encode())
+        for found in call.finditer(text.data):
+            name = (found[1] or found[2]).decode("utf-8", "replace")
+            programs.add("".join((name if found[1] else parted(name)[1]).split()).lower())
     return _Text(bits, codes, line, alone, programs)
 
 

@@ -1,3 +1,3 @@
-; expect fanuc 2:1:dwell-time
-G04
+; expect fanuc 2:5:dwell-time
+G04 P-500
 M30

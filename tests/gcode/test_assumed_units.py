@@ -35,6 +35,13 @@ def test_a_text_that_says_its_unit_anywhere_has_no_note(run: Any, word: str) -> 
     assert said(run, f"F600\nG1 X10\n{word}\nM2\n") == late
 
 
+@pytest.mark.parametrize("word", ["G[20 OR ABS[20]]", "#1=20\nG#1"])
+def test_a_computed_code_may_say_the_unit(run: Any, word: str) -> None:
+    out = run(f"{word}\nG0 X1.\nM30\n", dialect="fanuc", units="auto")
+    assert out.path.end[0, 0] == INCH
+    assert [d.code for d in out.diagnostics if d.code.startswith("units")] == []
+
+
 @pytest.mark.parametrize("text", ["(G21 is in force)", "; G21", "G21.1", "G210", "X#21"])
 def test_what_only_looks_like_a_unit_says_none(run: Any, text: str) -> None:
     codes = [code for code, _, _ in said(run, f"F600 G1 X1\n{text}\nM2\n")]

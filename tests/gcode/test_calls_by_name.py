@@ -122,3 +122,23 @@ def test_system_data_are_in_millimetres(unit: str, scale: float) -> None:
     """FN 18 gives mm whatever the program's unit ("List of FN functions" of TNC 7): Q1 of a place 2 units on is 2 or 50.8."""
     text = f"0 BEGIN PGM T {unit}\n1 TOOL CALL 1 Z S100\n2 L X+2 F100\n3 FN 18: SYSREAD Q1 = ID270 NR1 IDX1\n4 FN 18: SYSREAD Q2 = ID240 NR1 IDX1\n5 FN 18: SYSREAD Q3 = ID10 NR1\n6 L X+Q1 Y+Q2 Z+Q3\n7 END PGM T {unit}\n"
     assert ends(text)[-1] == pytest.approx((2.0 * scale * scale, 2.0 * scale * scale, (scale > 1.0) * scale))
+
+
+@pytest.mark.parametrize(
+    "call", ["M98 (part.nc)", "M98 (USB0/JOBS/PART.NC)", "M98 (part) L1", "m98(part.nc)"]
+)
+def test_m98_of_haas_names_a_file_in_parentheses(tmp_path: Path, call: str) -> None:
+    """The folder is one of the control's disk; the file is looked for beside the program, and the axes that it moves have columns."""
+    (tmp_path / "part.nc").write_text("%\nO8\nG0 Y3.\nM99\n%\n")
+    main = tmp_path / "main.nc"
+    main.write_text(f"O1\nG21 G90\nG0 X1.\n{call}\nX2.\nM30\n")
+    program = read(main, "main.nc", ReadOptions(dialect="fanuc", chunk_rows=1_000_000))
+    (path,) = program.chunks()
+    assert [d.message for d in program.diagnostics if d.severity == "error"] == []
+    assert path.end[path.kind != Kind.EVENT, :2].tolist() == [[1, 0], [1, 3], [2, 3]]
+    told = [d.message for d in program.diagnostics if d.code == "other-control"]
+    assert len(told) == ("USB0" in call)
+
+
+def test_a_remark_behind_m98_p_names_no_file() -> None:
+    assert ends("O1\nG21\nM98 P7 (the holes)\nM30\nO7\nG0 X9.\nM99\n", dialect="fanuc") == [(9, 0, 0)]

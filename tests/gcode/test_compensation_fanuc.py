@@ -213,3 +213,17 @@ def test_a_move_out_of_the_plane_that_ends_the_offset_is_warned_of(
     found = [d.message for d in out.diagnostics if d.code == "comp-exit"]
     assert len(found) == warned
     assert all("back onto the programmed path too, by 2 mm" in message for message in found)
+
+
+@pytest.mark.parametrize(("corner", "said"), [("G39", 0), ("G39I10J0", 1), ("G39X20", 1)])
+def test_g39_is_the_arc_around_an_outside_corner(run: Any, tmp_path: Path, corner: str, said: int) -> None:
+    """ "The arc at the corner is formed so that the vector at the end point of the arc is perpendicular to the start point of the next
+    block" (B-63324EN, 14.4.9); the tool of radius 2 goes around X10 Y10 from 8, 10 to 10, 12."""
+    table = tmp_path / "tools.tbl"
+    table.write_text(TOOLS)
+    out = run(f"{ENTER}{corner}\nX20\nY0\nG40X0\nM30", dialect="fanuc", tool_table=table)
+    assert out.errors == []
+    assert len([d for d in out.diagnostics if d.message.startswith(("I of G39", "X of G39"))]) == said
+    rows = [tuple(row) for row in out.path.end[out.path.kind < 3][:, :2].round(6).tolist()]
+    assert rows[1:6] == [(8, 10), (10, 12), (20, 12), (22, 10), (22, 0)]
+    assert run("G0X0\nG39\nM30", dialect="fanuc").errors == [("comp-refused", 2, 1)]

@@ -236,3 +236,13 @@ def test_a_tolerance_as_wide_as_a_part_is_no_length(
     out = run(text, dialect="linuxcnc", units="auto")
     found = [(d.span.line, d.span.column) for d in out.diagnostics if d.code == "tolerance-wide" and d.span]
     assert found == places
+
+
+@pytest.mark.parametrize(
+    ("line", "told"), [("(REPLACE F0.1 ; F1000)", 0), ("G1 X1. (A) ; G1 X2.", 1), ("(A; G1 X2.) ;X3.", 1)]
+)
+def test_a_semicolon_within_a_comment_hides_no_block(
+    run: Callable[..., Outcome], line: str, told: int
+) -> None:
+    out = run(f"O1\nG21 G90 F100.\n{line}\nM30", dialect="fanuc")
+    assert len([d for d in out.diagnostics if d.message.startswith("what follows ;")]) == told

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import time
 from collections.abc import Callable
+from itertools import groupby
 from typing import Any
 
 import pytest
@@ -24,20 +25,20 @@ ROUND = {
         7,
     ),
     "called": ("o9 sub\no1 do\nG0 X1\nG0 X#1\no1 while [1]\no9 endsub\no9 call [7]\nM2", "linuxcnc", 5),
-    "back by M99": ("O1\nN10 G0 X1\nX0\nM99 P10\nM30", "fanuc", 4),
-    "back by GOTO": ("O1\nN10 #2=#0\nG0 X1\nG0 X0\nGOTO 10\nM30", "fanuc", 5),
+    "back by M99": ("O1\nN10 G0 X1\nX0\n[1 EQ 1] M99 P10\nM30", "fanuc", 4),
+    "back by GOTO": ("O1\nN10 #2=#0\nG0 X1\nG0 X0\nIF [1 EQ 1] GOTO 10\nM30", "fanuc", 5),
     "under cutter compensation": (
-        "O1\nG10 L12 P4 R2\nG41 D4 G1 X9 Y9 F100\nN10 X20\nY20\nX1\nY1\nGOTO 10\nM30",
+        "O1\nG10 L12 P4 R2\nG41 D4 G1 X9 Y9 F100\nN10 X20\nY20\nX1\nY1\nIF [1 EQ 1] GOTO 10\nM30",
         "fanuc",
         8,
     ),
-    "in a turned frame": ("O1\nG68 X0 Y0 R30\nN10 G0 X1\nX0\nGOTO 10\nM30", "fanuc", 5),
+    "in a turned frame": ("O1\nG68 X0 Y0 R30\nN10 G0 X1\nX0\nIF [1 EQ 1] GOTO 10\nM30", "fanuc", 5),
     "compensated in a frame": (
-        "O1\nG51.1 X0\nG41 D0 G1 X9 F9\nN10 X20\nY20\nX1\nY1\nGOTO 10\nM30",
+        "O1\nG51.1 X0\nG41 D0 G1 X9 F9\nN10 X20\nY20\nX1\nY1\nIF [1 EQ 1] GOTO 10\nM30",
         "fanuc",
         8,
     ),
-    "a tool a round": ("O1\nN10 T1 M6\nT2 M6\nGOTO 10\nM30", "fanuc", 4),
+    "a tool a round": ("O1\nN10 T1 M6\nT2 M6\nIF [1 EQ 1] GOTO 10\nM30", "fanuc", 4),
 }
 
 #: Long loops that end, by what only one kind of state tells: rounds left, a name, a place, an offset, a tool, the calls.
@@ -70,7 +71,7 @@ def test_blocks_wait_for_a_move_under_cutter_compensation_up_to_a_bound(
 ) -> None:
     """Nothing there moves in the plane: what waits grew without bound, and each block looked through all of it."""
     monkeypatch.setattr(tool_centre, "MAX_WAITING", 1000)
-    out = run(f"O1\nG10 L12 P4 R2\nG41 D4 G1 X9 Y9 F100\n{loop}\nGOTO 10\nM30", dialect="fanuc")
+    out = run(f"O1\nG10 L12 P4 R2\nG41 D4 G1 X9 Y9 F100\n{loop}\nIF [1 EQ 1] GOTO 10\nM30", dialect="fanuc")
     assert "comp-waiting" in {code for code, _, _ in out.errors}
     assert {code for code, _, _ in out.errors} <= {"comp-waiting", "too-many-steps"}
 
@@ -201,3 +202,82 @@ def test_a_line_of_blanks_takes_no_longer_than_its_length(run: Any) -> None:
     begin = time.process_time()
     run(text, dialect="heidenhain")
     assert time.process_time() - begin < 5.0
+
+
+def _places(out: Any) -> list[float]:
+    """Return the places in X that a path comes to, one after another."""
+    return [x for x, _ in groupby(out.path.end[:, 0].tolist()) if x]
+
+
+#: Programs that repeat without end, as for bar feeders, the line of the jump, and places of their one pass in X.
+REPEATING = {
+    "no counter": ("N10 G0 X1\nX3\nGOTO 10\nM30", 4, [1, 3]),
+    "a counter": ("G0 X5\nN10 #500=#500+1\nX#500\nGOTO 10", 5, [5, 1]),
+    "by M99": ("N10 #500=#500+1\nG0 X7\nM99 P10", 4, [7]),
+    "jumps within": ("N10 G0 X1\nIF [#1 EQ 5] GOTO 20\nX2\nN20 X3\nGOTO 10\nM30", 6, [1, 2, 3]),
+    "a call": ("N10 M98 P2\nGOTO 10\nM30\n%\nO2\nG0 X4\nM99", 3, [4]),
+    "an end that is left out": ("N10 G0 X1\n/M30\n#1=#1+1\nX2 (GOTO 99)\nGOTO 10", 6, [1, 2]),
+}
+
+
+@pytest.mark.parametrize("name", REPEATING)
+def test_a_jump_back_that_nothing_leads_out_of_ends_the_main_program(run: Run, name: str) -> None:
+    """A control repeats what stands between until its operator or bar feeder ends it; one pass is planned, as of M99."""
+    text, line, places = REPEATING[name]
+    out = run(f"O1\nG21 G90\n{text}", dialect="fanuc")
+    assert out.errors == []
+    found = [d.span.line - 1 for d in out.diagnostics if d.code == "program-repeats" and d.span]
+    assert found == [line]
+    assert _places(out) == places
+
+
+@pytest.mark.parametrize(
+    "way",
+    [
+        "IF [#1 GE 3] GOTO 99",
+        "IF [#1 GE 3] THEN #3000=1 (FULL)",
+        "M98 P2",
+        "GOTO [10+89*FIX[#1/3]]",
+    ],
+)
+def test_a_jump_back_that_something_leads_out_of_is_followed(run: Run, way: str) -> None:
+    """Three rounds: until the jump out, the alarm, the end in the called program, or the computed jump."""
+    text = f"O1\nG21 G90\nN5 #1=#1+1\nG0 X#1\n{way}\nN10 Y#1\nGOTO 5\nN99 M30\nO2\nIF [#1 LT 3] GOTO 1\nM30\nN1 M99"
+    out = run(text, dialect="fanuc")
+    assert not [d for d in out.diagnostics if d.code == "program-repeats"]
+    assert out.path.end[:, 0].max() == 3
+
+
+#: Waits for a signal that no program knows, with what moves meanwhile.
+WAITS = {
+    "its own line": ("N10 IF [#1005 EQ 0] GOTO 10", "GOTO", []),
+    "a dwell": ("N10 G4 X0.5\nIF [#1005 EQ 0] GOTO 10", "GOTO", []),
+    "a loop": ("WHILE [#1005 EQ 0] DO1\nG4 P100\nEND1", "WHILE", []),
+    "an empty loop": ("WHILE [#1005 NE 1] DO1\nEND1", "WHILE", []),
+    "M96 of Haas": ("N10 M96 P10 Q5", "M96", []),
+    "a part": ("N10 G0 X2\nX3\nM96 P10 Q5", "M96", [2, 3]),
+}
+
+
+@pytest.mark.parametrize("name", WAITS)
+def test_a_wait_for_a_signal_is_over_after_one_pass(run: Run, name: str) -> None:
+    """Haas's manual 96-8000, "M96": ``M96 P10 Q8`` in line N05 waits for the door, ``M96 P10 Q27`` below a part repeats it."""
+    text, word, places = WAITS[name]
+    out = run(f"O1\nG21 G90\n{text}\nG0 X9\nM30", dialect="fanuc")
+    assert out.errors == []
+    assert [d.message.split()[0] for d in out.diagnostics if d.code == "wait-assumed"] == [word]
+    assert _places(out) == [*places, 9]
+
+
+def test_a_signal_that_something_sets_is_no_wait(run: Run) -> None:
+    text = "O1\nG21 G90\nN10 #1=#1+1\nG0 X#1\nIF [[#1005 EQ 0] AND [#1 LT 4]] GOTO 10\nM30"
+    out = run(text, dialect="fanuc")
+    assert not [d for d in out.diagnostics if d.code == "wait-assumed"]
+    assert _places(out) == [1, 2, 3, 4]
+
+
+@pytest.mark.parametrize(("value", "places"), [(0, [1, 3]), (1, [1, 2, 3])])
+def test_m96_leads_to_a_line_where_its_input_is_0(run: Run, value: int, places: list[int]) -> None:
+    """Haas's manual 96-8000, "M96 Jump If No Input"; a program may set the variable of the input before."""
+    text = f"O1\nG21 G90\n#1008={value}\nG0 X1\nM96 P30 Q8\nX2\nN30 X3\nM30"
+    assert _places(run(text, dialect="fanuc")) == places

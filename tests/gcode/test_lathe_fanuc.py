@@ -251,7 +251,7 @@ def test_boring_is_turning_in_a_mirror() -> None:
 def test_lines_of_a_profile_count_as_executed() -> None:
     """Each cycle reads its profile anew: a loop of them ends at the bound of blocks."""
     lines = "".join(f"X{20 + 2 * k}.\nZ-{5 + k}.\n" for k in range(20))
-    text = f"G0 X80. Z2. F.1\nG71 U20. R1.\nN9 G71 P1 Q2\nN1 G0 X20.\nG1 Z-4.\n{lines}N2 X70.\nGOTO 9"
+    text = f"G0 X80. Z2. F.1\nG71 U20. R1.\nN9 G71 P1 Q2\nN1 G0 X20.\nG1 Z-4.\n{lines}N2 X70.\nIF[1EQ1]GOTO 9"
     assert outcome(text, max_steps=400)[1][0][0] == "too-many-steps"
     # Without a bound of its own the program is endless for another reason: nothing changes from round to round.
     assert outcome(text)[1] == [("too-many-steps", 49, 1)]

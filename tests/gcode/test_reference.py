@@ -72,7 +72,11 @@ def test_dwells_by_dialect(run: Any) -> None:
     assert run("G4 P0.5\nM2").path.events[0].dwell_s == 0.5
     assert run("G04 P500\nM30", dialect="fanuc").path.events[0].dwell_s == 0.5
     assert run("G04 X0.5\nM30", dialect="fanuc").path.events[0].dwell_s == 0.5
-    assert run("G04\nM30", dialect="fanuc").errors == [("dwell-time", 1, 1)]
+    assert run("G04\nM2").errors == [("dwell-time", 1, 1)]
+    stop = run("G21 G64 G1 X1 F9\nG04\nX2\nM30", dialect="fanuc")
+    assert stop.errors == []
+    assert [d.span.line for d in stop.diagnostics if d.code == "dwell-time" and d.span] == [2]
+    assert [event.dwell_s for event in stop.path.events if event.name == "dwell" and event.rest] == [0.0]
 
 
 def test_feed_modes_said_again(run: Any) -> None:

@@ -77,6 +77,23 @@ def of_mazatrol(ip: Interpreter, block: Block) -> None:
     ip.warn_once(BlockError("builders-point", message, "G53.5", hint=hint), Severity.WARNING)
 
 
+def corner_arc(ip: Interpreter, block: Block) -> None:
+    """G39: an arc around the corner under cutter compensation, up to where the next motion begins (B-63324EN, 14.4.9), or to the direction
+    I J K (X Y of older controls). Each outside corner has that arc here.
+
+    Raises:
+        BlockError: Cutter compensation is off.
+    """
+    if ip.state.compensation == 40:
+        hint = "G41 or G42 before it; G39 is the arc around a corner"
+        raise BlockError("comp-refused", "G39 stands outside cutter compensation", "G39", hint=hint)
+    given = next((letter for letter in "ijkxyz" if letter in block.words), "")
+    if given:
+        message = f"{given.upper()} of G39 is a direction that is passed over: the arc ends where the next motion begins"
+        hint = "nothing differs where that is the direction of the next motion"
+        ip.warn_once(BlockError("other-control", message, given.upper(), hint=hint))
+
+
 def bar_feed(ip: Interpreter, block: Block) -> None:
     """G105 of Haas's lathes: the bar feeder pushes the bar, by motions of its own program."""
     message = "G105 feeds the bar by motions of the control's own program: they are not planned, and their time is not counted"
@@ -149,5 +166,7 @@ CODES = (
         Code("G", 10 * code, "spindles in step", Stage.SPINDLE, partial(in_step, code=code), text, "r", dialects=(LATHE,))
         for code, text in ((198, "end of G199 (Haas): an event"), (199, "the second spindle turns in step with the first (Haas): an event"))
     ),
+    Code("G", 390, "non-modal", Stage.PATH, corner_arc, "the arc around an outside corner under G41 and G42, as at any such corner",
+        "ijkxyz", "own", dialects=_FANUC, without="lathes", axis_words="sizes"),
     Code("M", 290, "rigid tapping", Stage.SPINDLE, rigid, "the next row of taps in step with the spindle", dialects=_FANUC),
 )  # fmt: skip

@@ -41,13 +41,15 @@ def _wait(ip: Interpreter, seconds: float, word: str) -> None:
 
 
 def dwell_fanuc(ip: Interpreter, block: Block) -> None:
-    """G04 of FANUC: X or U seconds, or P milliseconds."""
+    """G04 of FANUC: X or U seconds, or P milliseconds; without any of them a stop with an exact check of the position."""
     words = block.words
     seconds = next((_unhurried(ip, block, letter) for letter in "xu" if letter in words), None)
     if "p" in words:
         seconds = seconds_of(ip, block)
     if seconds is None:
-        raise BlockError("dwell-time", "G4 has no time", "G4", hint="X seconds or P milliseconds")
+        message = "G4 without a time is an exact stop, as FANUC's controls have it; others refuse it"
+        ip.warn_once(BlockError("dwell-time", message, "G4", hint="X seconds or P milliseconds"))
+        seconds = 0.0
     _wait(ip, seconds, "P" if "p" in words else "X")
 
 

@@ -88,7 +88,7 @@ class Computing:
         with suppress(BlockError):
             here = Cursor(source, offset, line)
             target = macros.target_of(self._control, keyword, value, here)
-            if keyword != LITERALS["goto"] or macros.entered(self._control, here, target) is None:
+            if keyword != LITERALS["goto"] or not macros.tells(self._control, here, target):
                 return target.offset, target.line
         return None
 

@@ -8,15 +8,19 @@ from __future__ import annotations
 
 import math
 
-from cncgen.gcode.block import PROGRAM, Block, Flow, Jump, evaluate, nearest
+from cncgen.gcode.block import PROGRAM, Block, Flow, Jump, evaluate, named_program, nearest
+from cncgen.gcode.codes.subprograms import of_builder
 from cncgen.gcode.codes.table import LEADS_ELSEWHERE, Code
 from cncgen.gcode.codes.tools import whole, whole_of
 from cncgen.gcode.errors import BlockError, Stop
+from cncgen.gcode.flow import repeats
 from cncgen.gcode.flow.calls import MACRO_LOCALS
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
 from cncgen.gcode.text import macro_loops
 from cncgen.gcode.text.labels import Cursor
+from cncgen.gcode.text.search import parted
+from cncgen.grammars.terminals import FANUC
 from cncgen.kernels.gcode_codes import LITERALS, MACRO_PARAMETERS
 from cncgen.toolpath.record import Event
 
@@ -27,6 +31,8 @@ if TYPE_CHECKING:
 
 _FANUC = ("fanuc",)
 VACANT = math.nan
+#: The variable of input 0 of Haas's controls.
+_INPUTS = 1000
 #: How far a computed line number may be from a whole one.
 _WHOLE = 1e-4
 
@@ -111,7 +117,7 @@ def end_modal_call(ip: Interpreter, block: Block) -> None:
 
 
 def call_program(ip: Interpreter, block: Block) -> None:
-    """M98 P L, M98 <NAME> L: run a program L times; P of more than four digits begins with the number of times. Q is the N word of the
+    """M98 P L, M98 <NAME> L, M98 (FILE) L of Haas: run a program L times; P of more than four digits begins with the number of times. Q is the N word of the
     line at which it begins (Mazak: "Q: sequence number in subprogram to be called"), without P of a line of this program."""
     times = _times(ip, block, "M98")
     line = whole(block, "q", "M98") if "q" in block.words else -1
@@ -119,6 +125,10 @@ def call_program(ip: Interpreter, block: Block) -> None:
         ip.jump = Jump("call", -1 - int(block.words[PROGRAM]), times, line)
         return
     if "p" not in block.words:
+        file = _file_of(ip, block) if line < 0 else ""
+        if file:
+            ip.jump = Jump("call", -1 - named_program(file), times)
+            return
         if line < 0:
             raise BlockError("sub-missing", "M98 has no program number P", "M98", hint="M98 P1000 runs O1000")
         ip.jump = Jump("lines", line, times)
@@ -127,6 +137,23 @@ def call_program(ip: Interpreter, block: Block) -> None:
     if number > 9999 and "l" not in block.words and not _has_program(ip, block, number):
         times, number = divmod(number, 10_000)
     ip.jump = Jump("call", number, times, line)
+
+
+def _file_of(ip: Interpreter, block: Block) -> str:
+    """Return the name of the file that stands in parentheses behind M98 (Haas), "" without one; its folder is one of the control's disk."""
+    import re
+
+    text = ip.flow_control().subroutines.sources[block.source].text_at(block.offset)
+    found = re.search(rf"(?i)M[ \t]*98[ \t]*({FANUC['COMMENT']})", text)
+    folder, file = parted(found[1]) if found else ("", "")
+    if file and folder:
+        message = (
+            f"the folder {folder} of M98 is one of the control's: {file} is looked for beside the program"
+        )
+        ip.warn_once(
+            BlockError("other-control", message, "M98", hint="--include adds a folder to the search path")
+        )
+    return file
 
 
 def _times(ip: Interpreter, block: Block, code: str) -> int:
@@ -164,6 +191,20 @@ def call_lines(ip: Interpreter, block: Block) -> None:
     ip.jump = Jump("lines", whole(block, "p", "M97"), times)
 
 
+def unless_input(ip: Interpreter, block: Block) -> None:
+    """M96 P Q of Haas: to line N P if input Q is 0, which #1000 and the next variables tell (96-8000, "M96 Jump If No Input"); without Q
+    the builder's, which FANUC's controls may have for an interruption by a macro."""
+    if "q" not in block.words:
+        of_builder(960, "p").run(ip, block)
+        return
+    line, parameters = whole(block, "p", "M96") if "p" in block.words else 0, ip.parameters
+    if not line:
+        raise BlockError("sub-missing", "M96 has no line number P", "M96", hint="M96 P10 Q8 leads to N10")
+    parameters.untold = 0
+    if not parameters.number(_INPUTS + whole(block, "q", "M96")):
+        ip.jump = Jump("line", line)
+
+
 def back(ip: Interpreter, block: Block) -> None:
     """M99 P: back to where the program was called from, or to its line N; in the main program, to its own."""
     ip.jump = Jump("return", whole(block, "p", "M99") if "p" in block.words else -1)
@@ -171,17 +212,39 @@ def back(ip: Interpreter, block: Block) -> None:
 
 def run(control: FlowControl, word: Flow, here: Cursor) -> Cursor | None:
     """Execute a jump or loop of a macro; return where to go on, or None for the next line."""
+    parameters = control.ip.parameters
+    parameters.untold = 0
     if word.keyword == "goto" and word.arguments and not control.condition(word):
         return None
+    untold = parameters.untold
     assert word.label is not None
     assert not isinstance(word.label, str)
-    target = target_of(control, LITERALS[word.keyword], evaluate(word.label, control.ip.parameters), here)
+    target = target_of(control, LITERALS[word.keyword], evaluate(word.label, parameters), here)
+    if word.keyword == "goto" and target.offset <= here.offset:
+        if word.arguments:
+            if repeats.waits(control, here, target, untold, "GOTO"):
+                return None
+        elif repeats.repeats_for_ever(control, here, target):
+            repeats.end_main(control, here, target, "GOTO")
+            return None
     if word.keyword == "goto" and (loop := entered(control, here, target)) is not None:
         message = f"GOTO leads into the loop DO {loop.label:g} of line {loop.cursor.line} from outside: controls do not take that, or differ"
         hint = "lead to the line of WHILE or DO, or before it"
         control.ip.warn_once(BlockError("other-control", message, "GOTO", hint=hint))
     stays = word.keyword == "while-do" and (not word.arguments or control.condition(word))
+    if stays and parameters.untold and _waited(control, here, target, parameters.untold):
+        return target
     return None if stays else target
+
+
+def _waited(control: FlowControl, here: Cursor, behind: Cursor, untold: int) -> bool:
+    """Tell whether a loop that asks for a signal has had its pass: the wait for the signal ends."""
+    if here not in control.waiting:
+        control.waiting.add(here)
+        return False
+    control.waiting.remove(here)
+    last = Cursor(behind.source, behind.offset - 1, behind.line - 1)
+    return repeats.waits(control, last, here, untold, "WHILE")
 
 
 def target_of(control: FlowControl, keyword: int, value: float, here: Cursor) -> Cursor:
@@ -196,6 +259,11 @@ def target_of(control: FlowControl, keyword: int, value: float, here: Cursor) ->
 def entered(control: FlowControl, here: Cursor, target: Cursor) -> Marked | None:
     """Return the DO of a loop that GOTO enters from outside, which FANUC's manual forbids (B-63324EN, 15.6); None without one."""
     return control.subroutines.labels(here.source).loops.entered(here.offset, target.offset)
+
+
+def tells(control: FlowControl, here: Cursor, target: Cursor) -> bool:
+    """Tell whether a GOTO, with a condition or without, may have more to do than to lead to its line."""
+    return entered(control, here, target) is not None or repeats.repeats_for_ever(control, here, target)
 
 
 def line_of(value: float) -> int:
@@ -238,6 +306,7 @@ CODES = (
         Code("M", number, "subprogram", Stage.STOP, run_it, text, words, dialects=_FANUC, named=named, calls=calls, refused=LEADS_ELSEWHERE,
             ends="subprogram" if run_it is back else "")
         for number, run_it, text, words, named, calls in (
+            (960, unless_input, "to line N P if input Q is 0 (Haas)", "pq", (), ""),
             (970, call_lines, "run the lines from N P to M99, L times (Haas)", "pl", (), ""),
             (980, call_program, "run program P, L times", "plq", (PROGRAM,), "p"),
             (990, back, "end of a subprogram", "p", (), ""),

@@ -58,6 +58,10 @@ class FlowControl:
         self.lines: LineReader
         self.execute: Callable[[Block], None]
         self.run_profile: Callable[[Take, Cursor, Cursor | Label, str], None]
+        #: Jumps back, by their offsets, and whether they repeat the main program for ever (`repeats`).
+        self.repeating: dict[int, bool] = {}
+        #: Loops of macros that ask for a signal, while they have their one pass.
+        self.waiting: set[Cursor] = set()
         #: Where a label of a branch or loop was met first, and its keyword, by the subroutine that it is local to.
         self._first: dict[tuple[Label, int, Label], tuple[Cursor, str]] = {}
 

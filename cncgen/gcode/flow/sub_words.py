@@ -9,7 +9,7 @@ from __future__ import annotations
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Flow, evaluate, program_names
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.flow import macros
+from cncgen.gcode.flow import macros, repeats
 from cncgen.gcode.flow.calls import LOCALS
 from cncgen.gcode.text.labels import Cursor, Label, shown
 from cncgen.gcode.text.lanes import empty_block
@@ -106,10 +106,17 @@ def follow_jump(control: FlowControl, here: Cursor, after: Cursor) -> Cursor | N
         return Cursor(
             last.source, control.subroutines.sources[last.source].line_end(last.offset) + 1, last.line + 1
         )
+    if jump.kind == "line":
+        target = macros.line_numbered(control, here, jump.number, "P")
+        return None if repeats.waits(control, here, target, ip.parameters.untold, "M96") else target
     if jump.kind == "return":
         back = calls.leave() if calls.frames else None
         if jump.number > 0:
-            return macros.line_numbered(control, back or here, jump.number, "P")
+            target = macros.line_numbered(control, back or here, jump.number, "P")
+            if back is None and repeats.repeats_for_ever(control, here, target):
+                repeats.end_main(control, here, target, "M99")
+                return None
+            return target
         if back is not None:
             return back
         message = "M99 in the main program repeats it without end on a control; one pass is planned"

@@ -158,6 +158,7 @@ def read(ip: Interpreter, index: int) -> float:
         return 0.0 if tool is None else _parts(tool, radius)[wear] * ip.table_scale()
     value = ip.parameters.numbers[index]
     if value == 0.0 and _is_untold(ip, index):
+        ip.parameters.untold = index
         message = f"#{index} tells of the control or the machine, and is not known here: it counts as 0"
         hint = "--parameters gives such a variable a value; the program may set it before it reads it"
         ip.warn_once(BlockError("variable-assumed", message, "#", hint=hint), Severity.NOTE)

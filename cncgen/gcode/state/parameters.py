@@ -53,6 +53,7 @@ class Parameters:
         listed: Numbers that the parameter file names; they are kept, as are some others always.
         stored: Numbers of FANUC's plain storage that the program has set.
         unset: The common variable of FANUC's that was read last without a value, or 0.
+        untold: The variable that was read last of those that tell of the control or the machine, and that nothing tells here, or 0.
         unset_told: The variables without a value that a remark has named.
         shifted: Whether the program has set an origin by lengths.
     """
@@ -75,7 +76,7 @@ class Parameters:
         self.named: dict[str, float] = {}
         self.listed: set[int] = set()
         self.stored: set[int] = set()
-        self.unset = 0
+        self.unset = self.untold = 0
         self.unset_told: set[str] = set()
         self.shifted = False
         #: Values of the common variables that lie beyond the others.

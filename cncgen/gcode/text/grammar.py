@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 
-from cncgen.gcode.block import OUTPUT, PROGRAM, Flow, Parsed, Value, program_names
+from cncgen.gcode.block import OUTPUT, PROGRAM, Flow, Parsed, Value, named_program
 from cncgen.gcode.text import expressions
 from cncgen.gcode.text.normal_text import normalise
 from cncgen.gcode.text.parsers import parser
@@ -104,9 +104,7 @@ class _Values:
             self._into.comments.append(text[1:-1])
         elif text[0] != ";":
             name = normalise(text).lstrip("o").strip("<>")
-            if name not in program_names:
-                program_names.append(name)
-            self._into.words.append((PROGRAM, float(program_names.index(name))))
+            self._into.words.append((PROGRAM, float(named_program(name))))
 
     def _flow(self, keyword: str, count: int) -> None:
         values = (

@@ -26,6 +26,14 @@ def search_path(program: str | os.PathLike[str] | None, include: Sequence[Path])
     return ([Path(program).parent] if program else []) + list(include)
 
 
+def parted(comment: str) -> tuple[str, str]:
+    """Return folder and name of the file that a comment names, as behind M98 of Haas: ``(USB0/JOBS/PART.NC)``."""
+    folder, _, name = (
+        comment.strip().removeprefix("(").removesuffix(")").strip().replace("\\", "/").rpartition("/")
+    )
+    return folder, name
+
+
 def places(folders: Sequence[Path]) -> str:
     """Return how a message names the folders."""
     return ", ".join(str(folder) for folder in folders) or "the search path, which is empty"

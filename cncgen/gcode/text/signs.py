@@ -372,8 +372,8 @@ OF_EDING = rb"^[ \t]*(?P<word>(?:WARN|LOG)?MSG[ \t]+\"[^\"\n]*\"[ \t]*(?:;|\r?$)
 OF_MARLIN = _AT + rb"(?P<word>M11[78])[ \t][^;(\n]*[A-Z][A-Z]"
 WITHOUT_NUMBER = rb"^[ \t]*(?P<word>:)[ \t]*(?:[(;]|\r?$)"
 PASSED = (TO_GRBL, TO_SIMULATOR, TO_DENFORD, OF_EDING, OF_MARLIN, WITHOUT_NUMBER)
-#: Units, by the tens of their codes; a length and a feed (`cncgen.gcode.assumed_units`).
-UNITS = {tens: rb"[Gg][ \t]*0*%d[ \t]*[01](?![\d.])" % tens for tens in (2, 7)}
+#: Units, by the tens of their codes, or a computed code that may choose one; a length and a feed (`cncgen.gcode.assumed_units`).
+UNITS = {tens: rb"[Gg][ \t]*(?:0*%d[ \t]*[01](?![\d.])|[\[#])" % tens for tens in (2, 7)}
 LENGTH = rb"[XYZxyz](?<![A-Za-z#<].)[ \t]*[-+]?(?P<number>" + _NUMBER + rb")"
 FEED = rb"[Ff](?<![A-Za-z#<].)[ \t]*(?P<number>" + _NUMBER + rb")"
 

@@ -1,0 +1,102 @@
+"""Jumps back that a program itself never stops making: it repeats until its operator or the machine ends it.
+
+A jump without a condition, as programs for bar feeders have it, ends the main program where nothing between its target and itself leads
+elsewhere: one pass is planned, as of M99. A jump whose condition asks a signal of the machine, which is not known here, is made once where
+nothing between sets a variable: the control waits for the signal, or repeats until it comes.
+"""
+
+from __future__ import annotations
+
+import re
+
+from cncgen.gcode.errors import BlockError
+from cncgen.gcode.text.labels import Cursor
+from cncgen.grammars.terminals import FANUC
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from cncgen.gcode.flow.o_words import FlowControl
+
+_COMMENTS, _BLANKS = re.compile(FANUC["COMMENT"].encode()), b" \t\r"
+_LEFT_OUT = re.compile(f"(?im)^(?:{FANUC['LINE_NUMBER']})?{FANUC['DELETE']}.*$".encode())
+#: What ends a run of lines or leads out of it, jumps by number apart: the ends of a program and of a subprogram, an alarm, a computed jump.
+_ENDS = re.compile(rb"M0*(?:2|30|99)(?![\d.])|#3000=|%|GO(?:TO)?[\[#]")
+_JUMPS = re.compile(rb"GO(?:TO)?(\d+)|M0*96P(\d+)|M0*99P(\d+)")
+#: A condition before a jump.
+_CONDITION = re.compile(rb"IF|\]M0*99")
+_CALLS = re.compile(rb"M0*9[78](?![\d.])|M198|G6[56](?!\d)")
+#: What a program that is called may end by itself, or lead back from to another line of its caller.
+_ENDS_ELSEWHERE = re.compile(rb"M0*(?:2|30)(?![\d.])|#3000=|M0*99P|GO(?:TO)?\[")
+#: What sets a variable, or may do so elsewhere.
+_SETS = re.compile(rb"=|M0*9[78](?![\d.])|M198|G6[56](?!\d)")
+
+
+def repeats_for_ever(control: FlowControl, here: Cursor, target: Cursor) -> bool:
+    """Tell whether a jump of the main program from one line back to another repeats what stands between for ever."""
+    if here.source != 0 or control.calls.frames or target.offset > here.offset:
+        return False
+    known = control.repeating
+    if here.offset not in known:
+        known[here.offset] = _never_left(control, here, target)
+    return known[here.offset]
+
+
+def end_main(control: FlowControl, here: Cursor, target: Cursor, word: str) -> None:
+    """End the main program at a jump that repeats it, with a note."""
+    from cncgen.diagnostics import Severity
+    from cncgen.gcode.text.lanes import empty_block
+
+    control.flush()
+    control.ip.base.block = empty_block(here)
+    message = f"{word} leads back to line {target.line} without end, as nothing between leads elsewhere; one pass is planned"
+    control.ip.warn(BlockError("program-repeats", message, word, hint="M30 ends it"), Severity.NOTE)
+    control.ip.end_program()
+
+
+def waits(control: FlowControl, here: Cursor, target: Cursor, untold: int, word: str) -> bool:
+    """Tell whether a jump back asks for a signal (variable `untold`, 0 for none) that nothing here brings; a warning says that it counts
+    as having come."""
+    if not untold or here.source != target.source or target.offset > here.offset:
+        return False
+    if _SETS.search(_between(control, here, target)):
+        return False
+    message = (
+        f"{word} leads back to line {target.line} until #{untold} tells of a signal of the machine: it counts as "
+        "having come after one pass, and the wait takes no time"
+    )
+    hint = f"--parameters gives #{untold} the value that it has"
+    control.ip.warn_once(BlockError("wait-assumed", message, word, hint=hint))
+    return True
+
+
+def _bare(text: bytes) -> bytes:
+    """Return a text in capitals without comments and blanks."""
+    return _COMMENTS.sub(b"", text).translate(None, _BLANKS).upper()
+
+
+def _between(control: FlowControl, here: Cursor, target: Cursor) -> bytes:
+    """Return the lines from the target of a jump back to the jump itself, without comments, blanks and blocks that are left out."""
+    source = control.subroutines.sources[here.source]
+    lines = _bare(source.data[target.offset : source.line_end(here.offset)])
+    return _LEFT_OUT.sub(b"", lines) if control.ip.options.block_delete else lines
+
+
+def _never_left(control: FlowControl, here: Cursor, target: Cursor) -> bool:
+    """Tell whether nothing from the target to the jump leads elsewhere or ends the program."""
+    lines = _between(control, here, target)
+    # The jump itself may be M99 P.
+    *before, last = lines.rsplit(b"\n", 1)
+    if _CONDITION.search(last):
+        return False
+    if any(_ENDS.search(part) for part in before) or _ENDS.search(re.sub(rb"M0*99P\d+", b"", last)):
+        return False
+    labels = control.subroutines.labels(here.source)
+    for jump in _JUMPS.finditer(lines):
+        places = labels.numbered.get(int(next(filter(None, jump.groups()))), [])
+        if not places or any(not target.offset <= place.offset <= here.offset for place in places):
+            return False
+    if not _CALLS.search(lines):
+        return True
+    source = control.subroutines.sources[here.source]
+    behind = source.data[labels.program_range(here.offset)[1] :]
+    return not _ENDS_ELSEWHERE.search(_bare(behind))
