@@ -60,7 +60,7 @@ class Programmed:
     """Moving rows of the program, from `base` on; numbers of rows count from the start of the program.
 
     Columns by row: `line`, `length`, `curved`, `source`, `feed` (mm/s), `tolerance` (mm), `free` (planned within the tolerance), `entry` and `leave`
-    (unit tangents, scaled), `bent` (curvature at its end), `stop` (the motion rests at its start), `rest` (it does so for an event
+    (unit tangents, scaled), `bent` (curvature at its end), `turn` (of an arc, mm; infinite for others), `stop` (the motion rests at its start), `rest` (it does so for an event
     or an exact stop), `exact` (no tolerance applies), `met` (the plan meets its start exactly), `joint` (it does not go on as the row before it does), `start` and `end` (scaled).
     """
 
@@ -115,6 +115,11 @@ class Programmed:
         """Return where rows, counted from `base`, begin and the last one ends, shape (rows + 1, axes)."""
         return np.concatenate([self.column("start")[rows], self.column("end")[rows][-1:]])
 
+    def turns(self, rows: slice) -> Floats:
+        """Return how far rows, counted from `base`, turn from the one before: size of the change of the tangent, 0 at both ends, shape (rows + 1,)."""
+        change = self.column("entry")[rows][1:] - self.column("leave")[rows][:-1]
+        return np.pad(np.sqrt((change**2).sum(axis=1)), 1)
+
     def forget(self, row: int) -> None:
         """Forget the rows before `row`."""
         drop = row - self.base
@@ -165,6 +170,9 @@ class Programmed:
         inverse = toolpath.feed_mode[rows] == FeedMode.INVERSE_TIME
         with np.errstate(invalid="ignore"):
             feed = toolpath.feed[rows] * np.where(inverse, length, path.per_feed[rows])
+        arc = np.flatnonzero(toolpath.kind[rows] == Kind.ARC)
+        turn = np.full(len(rows), np.inf)
+        turn[arc] = 2.0 * np.pi / np.sqrt((bent[arc] ** 2).sum(axis=1))
         exact = ~loose(toolpath)[rows]
         within = ~exact & path.moves_xyz[rows]
         return {
@@ -180,6 +188,7 @@ class Programmed:
             "leave": leave,
             "bend": bend,
             "bent": bent,
+            "turn": turn,
             "start": toolpath.starts[rows] * self.scale,
             "end": toolpath.end[rows] * self.scale,
         }

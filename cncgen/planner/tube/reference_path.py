@@ -20,6 +20,8 @@ Ints = NDArray[np.int64]
 _GROWTH = 0.05
 #: Rounding within which the plan meets a place exactly, mm.
 EXACT = 1e-7
+#: A speed of rest, mm/s.
+REST = 1e-9
 #: Half of the chord that stands for a tangent, mm.
 _BESIDE = 1e-4
 

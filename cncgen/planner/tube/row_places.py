@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from cncgen.kernels import tube_places
 from cncgen.planner.tube.programmed import Programmed
-from cncgen.planner.tube.reference_path import EXACT, Reference
-from cncgen.planner.tube.window_judge import REST
+from cncgen.planner.tube.reference_path import EXACT, REST, Reference
 
 Floats = NDArray[np.float64]
 
@@ -19,6 +18,8 @@ _HARDLY = 0.1
 #: The plan is within this part of the tolerance that is planned with of where rows begin, in order. With more, it would come near a corner
 #: of rows that fold, and leave it, before it comes near the one before.
 _NEAR = 1.02
+#: Turns of arcs are told apart from so many tolerances on: those of a radius of two.
+_TURN = 4.0 * np.pi
 #: Rows that are dropped at once, at least.
 _DROPPED = 256
 
@@ -84,6 +85,11 @@ class RowPlaces:
         # The plan is hardly shorter than the rows; it cuts off corners within the tolerance of either row.
         length = np.concatenate([[0.0], program.column("length")])[have:]
         least = np.maximum(_AS_LONG * length - 8.0 * np.append(np.inf, tolerance)[have:], 0.0)
+        # An arc of several turns comes back to where it ends; half a turn is more than the plan cuts off, unless a turn is hardly larger
+        # than the tolerance.
+        turn = np.append(np.inf, program.column("turn"))[have:]
+        seen = turn > _TURN * np.append(np.inf, tolerance)[have:]
+        least[seen] = np.maximum(least[seen], (length - 0.5 * turn)[seen])
         if not have:
             least[0] = 0.0
             self.reached = float(grid.s[0])

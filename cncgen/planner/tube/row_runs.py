@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 from cncgen.planner.tube.deviation import Reached, followed, reached
 from cncgen.planner.tube.handing import Hand
 from cncgen.planner.tube.programmed import Programmed, RowLines
-from cncgen.planner.tube.reference_path import Reference
+from cncgen.planner.tube.reference_path import REST, Reference
 from cncgen.planner.tube.row_places import RowPlaces
 from cncgen.planner.tube.scales import Scales
 from cncgen.planner.tube.tube_nodes import Nodes, borders_of, nodes_of
-from cncgen.planner.tube.window_judge import REST
 from cncgen.planner.tube.window_problem import Solved
 from cncgen.planner.tube.window_rounds import PASSED
 
@@ -257,12 +256,12 @@ class RowRuns:
         assert grid is not None
         own = slice(first - program.base, first - program.base + len(places) - 1)
         tolerance = scales.part * program.column("tolerance")[own]
-        border, places = _apart(border, places, tolerance, program.joints(own))
+        border, places = _apart(border, places, tolerance, program.joints(own), program.turns(own))
         return nodes_of(program, self.reference, grid, first, places, border, ends, scales, within)
 
 
 def _apart(
-    border: NDArray[np.bool_], places: Floats, tolerance: Floats, points: Floats
+    border: NDArray[np.bool_], places: Floats, tolerance: Floats, points: Floats, turn: Floats
 ) -> tuple[NDArray[np.bool_], Floats]:
     """Return borders and places so that no border is nearer to the one before it than a part of the tolerance of either: nodes have to be
     apart.
@@ -274,6 +273,7 @@ def _apart(
         places: Shape (rows + 1,), ascending.
         tolerance: Shape (rows,); at a border the narrower one of its rows counts.
         points: Shape (rows + 1, axes), the joints.
+        turn: Shape (rows + 1,), how far the rows turn there.
     """
     narrow = np.minimum(np.append(tolerance[:1], tolerance), np.append(tolerance, tolerance[-1:]))
     least = _APART * narrow
@@ -281,7 +281,7 @@ def _apart(
     if not (np.diff(places[at]) < np.minimum(least[at[1:]], least[at[:-1]])).any():
         return border, places
     for matters in (_MATTERS, np.inf):
-        kept = _kept(at, places, least, points, matters * narrow)
+        kept = _kept(at, places, least, points, turn, matters * narrow)
         moved, gap = places[kept].tolist(), np.minimum(least[kept[1:]], least[kept[:-1]]).tolist()
         for k in range(1, len(kept)):
             moved[k] = max(moved[k], moved[k - 1] + gap[k - 1])
@@ -298,14 +298,19 @@ def _apart(
     return out, places
 
 
-def _kept(at: Ints, places: Floats, least: Floats, points: Floats, matters: Floats) -> Ints:
-    """Return those of borders `at` that are apart from the one before on the plan, or themselves; the arguments are those of `_apart`."""
+def _kept(at: Ints, places: Floats, least: Floats, points: Floats, turn: Floats, matters: Floats) -> Ints:
+    """Return those of borders `at` that are apart from the one before on the plan, or themselves; of those that are not, the sharpest.
+
+    The arguments are those of `_apart`.
+    """
     kept, end = [0], len(places) - 1
     for k in at[1:].tolist():
         last = kept[-1]
         near = places[k] - places[last] < min(least[k], least[last])
         if near and ((points[k] - points[last]) ** 2).sum() <= matters[k] ** 2:
             if k < end:
+                if last and turn[k] > turn[last]:
+                    kept[-1] = k
                 continue
             if last:
                 kept.pop()

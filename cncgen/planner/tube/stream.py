@@ -17,11 +17,10 @@ from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.record import Trajectory
 from cncgen.planner.tube.handing import Hand
 from cncgen.planner.tube.programmed import Programmed
-from cncgen.planner.tube.reference_path import Grid, Reference
+from cncgen.planner.tube.reference_path import REST, Grid, Reference
 from cncgen.planner.tube.row_runs import RowRun, RowRuns
 from cncgen.planner.tube.scales import Bounds, Scales
 from cncgen.planner.tube.tube_nodes import Nodes
-from cncgen.planner.tube.window_judge import REST
 from cncgen.planner.tube.window_problem import Solved
 from cncgen.planner.tube.window_rounds import Window, moving
 from cncgen.planner.tube.window_search import AHEAD, WindowSearch

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from cncgen.geometry import elementary
 from cncgen.planner.limits.axis_limits import lowered
 from cncgen.planner.tube.programmed import Programmed
-from cncgen.planner.tube.reference_path import Grid, Reference
+from cncgen.planner.tube.reference_path import REST, Grid, Reference
 from cncgen.planner.tube.scales import Scales
 
 Floats = NDArray[np.float64]
@@ -168,6 +168,11 @@ def nodes_of(
     vertex[last] = first + np.searchsorted(places, node[last])
     found = np.clip(np.searchsorted(places, node, side="left") - 1, 0, count - 1)
     part = (node - places[found]) / np.maximum(places[found + 1] - places[found], 1e-300)
+    # Rows before a border may have no length on the plan. Where the plan is moving, a run ends before its last row does.
+    moving = ends[1] and grid.v[np.searchsorted(grid.s, node[-1], side="left")] > REST
+    known = ends_at[1 : len(ends_at) - moving]
+    at = np.flatnonzero(last)[: len(known)]
+    vertex[at], found[at], part[at] = first + known, known - 1, 1.0
     low, high = np.where(found == 0, within[0], 0.0), np.where(found == count - 1, within[1], 1.0)
     part = low + (high - low) * part
     point, tangent = reference.at(node, -1)

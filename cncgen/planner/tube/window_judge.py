@@ -18,8 +18,6 @@ _OVER, _ROUNDED = 5e-5, 1e-6
 _STEPS = 2e-4
 #: Phases of setpoints that are looked at over the ends of a motion, and the part of a limit that they may reach.
 _PHASES, _SEEN = 8, 1.0005
-#: A speed of rest, mm/s.
-REST = 1e-9
 
 
 def too_fast(found: Solved, velocity: Floats, feed: Floats, linear: int) -> NDArray[np.bool_]:

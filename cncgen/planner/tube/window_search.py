@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from cncgen.planner.tube.deviation import Reached, reached
 from cncgen.planner.tube.handing import Hand
 from cncgen.planner.tube.programmed import Programmed, RowLines
-from cncgen.planner.tube.reference_path import Reference
+from cncgen.planner.tube.reference_path import REST, Reference
 from cncgen.planner.tube.scales import Bounds
 from cncgen.planner.tube.tube_nodes import Nodes
-from cncgen.planner.tube.window_judge import REST, holds, joins
+from cncgen.planner.tube.window_judge import holds, joins
 from cncgen.planner.tube.window_problem import Solved
 from cncgen.planner.tube.window_rounds import Rounds, Window
 

@@ -207,6 +207,62 @@ def test_a_curve_that_turns_back_takes_as_long_as_lines_to_its_tip(tolerance: fl
     assert curve == pytest.approx(lines, rel=4e-3)
 
 
+def test_a_bend_of_a_few_nanometres_has_its_node_at_the_tip() -> None:
+    """A random rational curve whose tip is two corners of lines nearer to each other than nodes may be; beside its own chords, by G1."""
+    at = np.array(
+        [
+            (0.0, 0.0),
+            (0.078340368, 0.084965858),
+            (0.752567561, -0.374288791),
+            (0.250390682, -0.969770407),
+            (0.752567561, -0.374288791),
+            (0.502388149, -0.328428085),
+            (0.332452213, -1.034207473),
+        ]
+    )
+    weights = np.array([0.81582, 1.85655, 1.34799, 0.44221, 0.70456, 3.55231, 0.33939])
+    knots = np.array([0, 0, 0, 0.072453060, 0.230123158, 0.304739633, 0.395196278, 1, 1, 1])
+    tolerance, chord = 0.000484, 2e-5
+    seconds = []
+    for points, own, steps in ((at, weights, knots), (at[::-1], weights[::-1], 1.0 - knots[::-1])):
+        rows = [
+            f"K{knot:.9f}"
+            + (f" X{points[k, 0]:.9f} Y{points[k, 1]:.9f} R{own[k]:.5f}" if k < len(at) else "")
+            for k, knot in enumerate(steps)
+        ]
+        begin = f"(START, X{points[0, 0]} Y{points[0, 1]})\nG21 G90 G94 G17 G64 P{tolerance} F60000\nG6.2 P3 "
+        found, broken = planned(begin + "\n".join([*rows, "M30", ""]), machine())
+        assert not broken
+        seconds.append(found)
+    homogeneous = BSpline(knots, np.column_stack([at * weights[:, None], weights]), 2)
+    u = np.linspace(0.0, 1.0, 400_001)
+    curve = homogeneous(u)[:, :2] / homogeneous(u)[:, 2:]
+    # As many chords as keep each of them within a distance of the curve.
+    bend = np.hypot(*np.gradient(np.gradient(curve, axis=0), axis=0).T)
+    number = np.cumsum(np.sqrt(bend / 8.0 / chord))
+    ends = np.searchsorted(number, np.linspace(0.0, number[-1], int(number[-1]) + 2))
+    text = [f"G21 G90 G94 G17 G64 P{tolerance - chord} F60000", *polyline(curve[np.unique(ends)]), "M30", ""]
+    lines, broken = planned("(START, X0 Y0)\n" + "\n".join(text), machine())
+    assert not broken
+    assert seconds == pytest.approx([lines, lines], rel=2e-3)
+
+
+@pytest.mark.parametrize(("tolerance", "radius", "turns"), [(0.0129, 0.045, 4), (0.05, 0.2, 5)])
+def test_several_turns_about_one_place_take_as_long_backwards(
+    tolerance: float, radius: float, turns: int
+) -> None:
+    """A motion and its reverse take as long: no limit tells one from the other."""
+    begin = f"G21 G90 G94 G17 G64 P{tolerance} F9000\n"
+    there = f"G1 X0 Y0\nG2 J-{radius} P{turns}\nG2 I1.3\nG1 X-4\nM30\n"
+    back = f"G1 X0 Y0\nG3 I1.3\nG3 J-{radius} P{turns}\nG1 X-3\nM30\n"
+    (one, one_broken), (other, other_broken) = (
+        planned(f"(START, X{x} Y0)\n{begin}{rows}", machine()) for x, rows in ((-3, there), (-4, back))
+    )
+    assert not one_broken
+    assert not other_broken
+    assert one == pytest.approx(other, rel=5e-4)
+
+
 def test_lines_of_a_hundredth_between_larger_ones_are_passed_within_the_tolerance() -> None:
     """A star of 20 µm: the path without it, which is within the tolerance of the rows, takes as long."""
     ends = [(0, 0), (1, 0)]
