@@ -137,10 +137,10 @@ class SlowPlaces:
         # Time between two limits, or from one up to the feed, is lost to them.
         if by_limit[Limit.FEED + 1 :].any():
             by_limit[: Limit.FEED + 1] = 0.0
-        slowest = pieces[:, np.argmin(pieces[4])]
+        limit = Limit(int(np.argmax(by_limit)))
+        slowest = pieces[:, _slowest(pieces, limit)]
         line, (feed, t, s, source) = int(slowest[2]), slowest[4:_TRAJECTORY].tolist()
         trajectory = self._trajectories[int(slowest[_TRAJECTORY])]
-        limit = Limit(int(np.argmax(by_limit)))
         place = SlowPlace(
             lost,
             line,
@@ -176,6 +176,18 @@ class SlowPlaces:
             for k in np.unique(first[held]):
                 lost[letters[k]] = lost.get(letters[k], 0.0) + float(these[0, held & (first == k)].sum())
         return max(lost, key=lambda letter: lost[letter], default="")
+
+
+def _slowest(pieces: Floats, limit: Limit) -> int:
+    """Return which piece a valley is slowest on; of two that meet at a rest, that of the line that loses more to the limit."""
+    first = int(np.argmin(pieces[4]))
+    beside = [k for k in (first, first + 1) if k < pieces.shape[1] and pieces[4, k] == pieces[4, first]]
+
+    def lost(k: int) -> float:
+        of_line = (pieces[2] == pieces[2, k]) & (pieces[7] == pieces[7, k]) & (pieces[3] == limit)
+        return float(pieces[0, of_line].sum())
+
+    return max(beside, key=lost)
 
 
 def _valley_cuts(speed: Floats) -> list[int]:

@@ -121,6 +121,8 @@ def test_a_place_names_the_axis_whose_limit_holds_it_back(effort: str) -> None:
     for each in plan(program, replace(machine, axes=slower), PlanOptions(effort=effort)):
         slow.add(each)
     found = sorted(slow.worst(), key=lambda place: place.t_s)
+    # The first line does not move Y, so the place between it and the second is that of the second.
+    assert [place.line for place in found[:2]] == [2, 3]
     assert [(place.axis, place.limit) for place in found] == [
         ("X", Limit.JERK),
         ("Y", Limit.JERK),
