@@ -28,7 +28,7 @@ LITERALS = {
         "if while repeat do elseif else endif endwhile endrepeat break continue sub endsub return call", 40
     ),
     **_counted("program goto while-do end-do", 55),
-    **_counted("pw= pl= sd= ,c ,r ,a ,k", 128),
+    **_counted("pw= pl= sd= ,c ,r ,a ,k ,i ,j ,s", 128),
 }
 #: The local parameter that each letter beside G65 sets (FANUC's argument specification I, B-63324EN, 15.7.1).
 MACRO_PARAMETERS = dict(

@@ -227,3 +227,15 @@ def test_g39_is_the_arc_around_an_outside_corner(run: Any, tmp_path: Path, corne
     rows = [tuple(row) for row in out.path.end[out.path.kind < 3][:, :2].round(6).tolist()]
     assert rows[1:6] == [(8, 10), (10, 12), (20, 12), (22, 10), (22, 0)]
     assert run("G0X0\nG39\nM30", dialect="fanuc").errors == [("comp-refused", 2, 1)]
+
+
+def test_widths_in_position_and_the_speed_of_the_way_out_change_nothing(run: Any) -> None:
+    """Of Mitsubishi's controls: ,I and ,J beside a motion or a cycle, ,S beside a tap; each is told."""
+    plain = "G21G90G94S500M3F500\nG0X5{}\nG84X10Z-5R2{}{}\nG81X20Z-3R2{}\nG80\nM30"
+    told = run(plain.format(",I0.02", ",R1", ",S900", ",I0.1,J0.05"), dialect="fanuc")
+    bare = run(plain.format("", "", "", ""), dialect="fanuc")
+    assert told.errors == bare.errors == []
+    assert told.path.end.tolist() == bare.path.end.tolist()
+    codes = [(d.code, d.span.line) for d in told.diagnostics if d.message.startswith(",") and d.span]
+    assert codes == [("other-control", 2), ("cycle-words", 3)]
+    assert run("G21G1X1F9,S5\nM30", dialect="fanuc").errors == [("unused-word", 1, 10)]

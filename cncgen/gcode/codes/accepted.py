@@ -6,6 +6,7 @@ from functools import partial
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
+from cncgen.gcode.codes.corners import taps
 from cncgen.gcode.codes.table import LATHE, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -75,6 +76,31 @@ def of_mazatrol(ip: Interpreter, block: Block) -> None:
     message = "G53.5 counts from the origin of MAZATROL, which is not known here: the origin in force stays"
     hint = "G54 and --parameters say where the part is"
     ip.warn_once(BlockError("builders-point", message, "G53.5", hint=hint), Severity.WARNING)
+
+
+def _in_position(ip: Interpreter, block: Block, name: str) -> None:
+    """,I and ,J of Mitsubishi: how near the axes must be to their place before the next motion begins, which setpoints do not tell."""
+    message = f"{name}{block.words[name.lower()]:g} is a width within which the axes count as in position (Mitsubishi): it changes nothing here"
+    hint = "G61 and G9 stop exactly"
+    ip.warn_once(BlockError("other-control", message, name, hint=hint), Severity.NOTE)
+
+
+def _way_out(ip: Interpreter, block: Block) -> None:
+    """,S of Mitsubishi: the speed at which a tap comes out.
+
+    Raises:
+        BlockError: No tap is in force.
+    """
+    name = f",S{block.words[',s']:g}"
+    if not taps(ip, block):
+        message = f"{name} stands in no block of a tap, of which it is the speed of the way out (Mitsubishi)"
+        raise BlockError("unused-word", message, ",S", hint="the spindle's speed is S, without a comma")
+    message = (
+        f"{name} is the speed at which a tap comes out (Mitsubishi): it comes out as fast as it goes in here"
+    )
+    ip.warn_once(
+        BlockError("cycle-words", message, ",S", hint="the way out takes longer than on the machine")
+    )
 
 
 def corner_arc(ip: Interpreter, block: Block) -> None:
@@ -168,5 +194,12 @@ CODES = (
     ),
     Code("G", 390, "non-modal", Stage.PATH, corner_arc, "the arc around an outside corner under G41 and G42, as at any such corner",
         "ijkxyz", "own", dialects=_FANUC, without="lathes", axis_words="sizes"),
+    *(
+        Code(name, 0, "in position", Stage.PATH, partial(_in_position, name=name), text, dialects=_FANUC, named=(name.lower(),))
+        for name, text in ((",I", "a width of the axes in position (Mitsubishi): passed over"),
+            (",J", "that of the drilling axis (Mitsubishi): passed over"))
+    ),
+    Code(",S", 0, "way out", Stage.PATH, _way_out, "the speed at which a tap comes out (Mitsubishi): passed over", dialects=_FANUC,
+        named=(",s",)),
     Code("M", 290, "rigid tapping", Stage.SPINDLE, rigid, "the next row of taps in step with the spindle", dialects=_FANUC),
 )  # fmt: skip

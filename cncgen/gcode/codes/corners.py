@@ -350,7 +350,7 @@ class _Corner:
         return BlockError(code, message, name.rstrip("= "), hint=_HINTS[code], values={"size": self.size})
 
 
-def _taps(ip: Interpreter, block: Block) -> bool:
+def taps(ip: Interpreter, block: Block) -> bool:
     """Tell whether a block is of a tapping cycle, of which ,R1 or ,R0 says on Mazak's and Mitsubishi's controls whether the spindle follows
     the feed (M700V programming manual, G84)."""
     codes = (ip.codes.get(("G", number)) for number in (*block.g, ip.state.motion))
@@ -359,7 +359,7 @@ def _taps(ip: Interpreter, block: Block) -> bool:
 
 def _corner(ip: Interpreter, block: Block, name: str) -> None:
     size = block.words[name.lower()]
-    if name == ",R" and size in (0.0, 1.0) and _taps(ip, block):
+    if name == ",R" and size in (0.0, 1.0) and taps(ip, block):
         return
     if size < 0.0:
         shown = _NAMES.get(ip.dialect, {}).get(name, name)

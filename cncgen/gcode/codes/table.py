@@ -32,7 +32,7 @@ _MODULES = (
     "codes.tool_point", "codes.rotary_paths", "codes.tilted_planes", "codes.heidenhain", "codes.plain_language",
 )  # fmt: skip
 #: Words that act by themselves; the numbers of offsets on FANUC's mills alone.
-ALONE = ("F", "S", "T", ",C", ",R", ",M", ",H")
+ALONE = ("F", "S", "T", ",C", ",R", ",M", ",H", ",I", ",J", ",S")
 OFFSET_NUMBERS = ("D", "H")
 _LONE = frozenset(letter.lower() for letter in ALONE)
 BOTH = ("linuxcnc", "fanuc")
