@@ -65,8 +65,16 @@ def chords(path: Path, rows: Ints, tolerance: Floats, scale: Floats) -> tuple[In
     width = np.concatenate([path.row_length[rows[others]], width])
     first = path.parameter_after(rows, np.zeros(len(rows)))
     whole = path.parameter_after(rows, path.row_length[rows], -1) - first
-    low = (path.parameter_after(rows[of], begin, 1) - first[of]) / whole[of]
-    high = (path.parameter_after(rows[of], begin + width, -1) - first[of]) / whole[of]
+    low, high = (
+        # A curve so short that its parameters are one number has one chord.
+        np.divide(
+            path.parameter_after(rows[of], at, side) - first[of],
+            whole[of],
+            np.zeros(len(of)),
+            where=whole[of] != 0.0,
+        )
+        for at, side in ((begin, 1), (begin + width, -1))
+    )
 
     def at(of: Ints, far: Floats, order: int = 0) -> Floats:
         return path.evaluate_parameter(rows[of], first[of] + far * whole[of], order)[order]

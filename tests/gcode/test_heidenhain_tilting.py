@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from cncgen.machine.kinematics import Kinematics
+from cncgen.ranges import FEEDS
 from cncgen.toolpath.record import Kind
 
 CENTRE = np.array((0.0, 0.0, -100.0))
@@ -255,3 +256,12 @@ def test_a_shift_within_a_plane_shifts_the_tilted_coordinates(
     assert out.errors == []
     assert out.path.end[out.path.kind != 3, :3][-1].tolist() == pytest.approx(place)
     assert [d.code for d in out.diagnostics].count("shift-tilted") == told
+
+
+def test_a_turn_to_where_the_axes_stand_is_no_faster_than_feeds_are(run: Any) -> None:
+    """Far from the axes rounding leaves a way of 10⁻¹⁰ mm, whose share of F would be of more than 10¹¹ motions a second."""
+    turn = "LBL 91\nPLANE SPATIAL SPA146 SPB+0 SPC+0 MOVE F2000\nL X+1 Y1000000 Z+3 FMAX\nCALL LBL 91 REP 1"
+    text = f"0 BEGIN PGM A MM\n{turn}\nM30\nEND PGM A MM\n"
+    out = run(text, dialect="heidenhain", kinematics=Kinematics(2, (5, 4), pivot=100.0))
+    assert out.errors == []
+    assert np.nanmax(out.path.feed) <= FEEDS[1]

@@ -12,11 +12,14 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
 from cncgen.gcode.state.modal import PLANE_AXES, in_plane
+from cncgen.ranges import FEEDS
 
 #: A point of the part by the place on a path, 0 to 1.
 Path = Callable[[float], Point]
 #: A path is looked at in steps of at most this turn of an arc or a rotary axis, degrees.
 LOOK_DEGREES = 10.0
+#: The largest of inverse times (`cncgen.ranges.FEEDS`, which are by the second).
+_MOST_A_MINUTE = 60.0 * FEEDS[1]
 
 
 class FollowedSink(PassingSink):
@@ -112,7 +115,9 @@ class FollowedSink(PassingSink):
         done, before = 0.0, self.shown(path(0.0))
         for t, point in self._pieces(path, before, sweep):
             if rate:
-                self.inner.set_inverse_time(rate / (t - done), math.dist(point[:3], before[:3]))
+                # Of a way of rounding alone, next to no time is left.
+                share = min(rate / (t - done), _MOST_A_MINUTE)
+                self.inner.set_inverse_time(share, math.dist(point[:3], before[:3]))
             self.inner.straight_feed(point)
             done, before = t, point
         if timed and rate:

@@ -247,6 +247,30 @@ def test_a_bend_of_a_few_nanometres_has_its_node_at_the_tip() -> None:
     assert seconds == pytest.approx([lines, lines], rel=2e-3)
 
 
+def test_a_curve_far_away_may_be_cut_where_its_parameters_are_one_number() -> None:
+    """Weights of 24,000 to 1 at Y−59273 leave a bend that is shorter than numbers tell; within P it is planned like any other."""
+    rows = [
+        (0, 0.051218109278, -59272.946042598836, 28.515019987972),
+        (0, 0.050043834453, -59272.943018482183, 0.806391119114),
+        (0, 0.051397424586, -59272.941144206517, 0.016412436554),
+        (0.013555135626, 0.054930789438, -59272.94021088005, 394.5071843571),
+        (0.5, 0.057703898164, -59272.940648564043, 0.303094394064),
+        (0.694647281267, 0.058458184137, -59272.936902993963, 2.95382816028),
+    ]
+    curve = "".join(f"K{k} X{x} Y{y} R{w}\n" for k, x, y, w in rows)
+    begin = f"(START, X{rows[0][1]} Y{rows[0][2]})\nG21 G90 G94 G17 G64 P6 F18469\nG6.2 P3 "
+    limits = {
+        "X": Axis("X", 2200.37, 36866.0, 656977.0),
+        "Y": Axis("Y", 3.23413, 132.505, 32624.7),
+    }
+    near = replace(machine(), axes=limits, period_s=0.00276869475, chord_tolerance_mm=2.56649e-06)
+    seconds, broken = planned(
+        begin + curve + "K1\nK1\nK1\nG1 X0.11894556454 Y-59272.867216401784\nM30\n", near
+    )
+    assert seconds > 0.0
+    assert not broken
+
+
 @pytest.mark.parametrize(("tolerance", "radius", "turns"), [(0.0129, 0.045, 4), (0.05, 0.2, 5)])
 def test_several_turns_about_one_place_take_as_long_backwards(
     tolerance: float, radius: float, turns: int
