@@ -35,6 +35,8 @@ _TRAJECTORY, _ROWS = 8, 10
 _OF_AXES = {Limit.VELOCITY: 1, Limit.ACCELERATION: 2, Limit.JERK: 3}
 #: An axis holds a piece back where it comes so near to its limit.
 _HELD = 0.9
+#: A speed of rest, mm/s.
+_REST = 1e-9
 #: Difference of sums of the same times in another order, s, with room to spare.
 _ROUNDING_S = 1e-9
 
@@ -181,7 +183,9 @@ class SlowPlaces:
 def _slowest(pieces: Floats, limit: Limit) -> int:
     """Return which piece a valley is slowest on; of two that meet at a rest, that of the line that loses more to the limit."""
     first = int(np.argmin(pieces[4]))
-    beside = [k for k in (first, first + 1) if k < pieces.shape[1] and pieces[4, k] == pieces[4, first]]
+    if pieces[4, first] > _REST:
+        return first
+    beside = [k for k in (first, first + 1) if k < pieces.shape[1] and pieces[4, k] <= _REST]
 
     def lost(k: int) -> float:
         of_line = (pieces[2] == pieces[2, k]) & (pieces[7] == pieces[7, k]) & (pieces[3] == limit)
