@@ -63,7 +63,7 @@ def is_wide(head: bytes) -> bool:
 
 
 def as_utf8(text: bytes) -> bytes:
-    """Return a text of UTF-16 with its mark in UTF-8, and any other as it is; what is no text in it becomes U+FFFD."""
+    """Return a text of UTF-16 with its mark in UTF-8, and any other unchanged; bytes that are not UTF-16 become U+FFFD."""
     coding = _WIDE.get(bytes(text[:WIDE_MARK]))
     return text[WIDE_MARK:].decode(coding, "replace").encode("utf-8", "replace") if coding else text
 

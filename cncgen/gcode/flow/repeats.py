@@ -19,15 +19,15 @@ if TYPE_CHECKING:
 
 _COMMENTS, _BLANKS = re.compile(FANUC["COMMENT"].encode()), b" \t\r"
 _LEFT_OUT = re.compile(f"(?im)^(?:{FANUC['LINE_NUMBER']})?{FANUC['DELETE']}.*$".encode())
-#: What ends a run of lines or leads out of it, jumps by number apart: the ends of a program and of a subprogram, an alarm, a computed jump.
+#: Words that end a run of lines or lead out of it, apart from jumps by number: the ends of a program and of a subprogram, an alarm, a computed jump.
 _ENDS = re.compile(rb"M0*(?:2|30|99)(?![\d.])|#3000=|%|GO(?:TO)?[\[#]")
 _JUMPS = re.compile(rb"GO(?:TO)?(\d+)|M0*96P(\d+)|M0*99P(\d+)")
 #: A condition before a jump.
 _CONDITION = re.compile(rb"IF|\]M0*99")
 _CALLS = re.compile(rb"M0*9[78](?![\d.])|M198|G6[56](?!\d)")
-#: What a program that is called may end by itself, or lead back from to another line of its caller.
+#: Words by which a called program may end the run, or return to another line of its caller.
 _ENDS_ELSEWHERE = re.compile(rb"M0*(?:2|30)(?![\d.])|#3000=|M0*99P|GO(?:TO)?\[")
-#: What sets a variable, or may do so elsewhere.
+#: Words that set a variable, or may do so elsewhere.
 _SETS = re.compile(rb"=|M0*9[78](?![\d.])|M198|G6[56](?!\d)")
 
 

@@ -18,7 +18,7 @@ _HARDLY = 0.1
 #: The plan is within this part of the tolerance that is planned with of where rows begin, in order. With more, it would come near a corner
 #: of rows that fold, and leave it, before it comes near the one before.
 _NEAR = 1.02
-#: Turns of arcs are told apart from so many tolerances on: those of a radius of two.
+#: The turns of an arc are counted from a turn of so many tolerances on, which has a radius of two.
 _TURN = 4.0 * np.pi
 #: Rows that are dropped at once, at least.
 _DROPPED = 256
