@@ -5,7 +5,8 @@ Debrouwere et al. (2013). Modules in the order in which data passes them:
 
     fixed_blocks         chunks of the toolpath become blocks of about the same work
     crawling             rows that are so slow that the motion stops at their ends
-    corners              breakpoints of a block: where to stop, and how fast a corner may be passed (`Corners`)
+    breakpoints          where the derivatives of a block and of its neighbours may jump (`Breakpoints`)
+    corners              what these are: where to stop, and how fast a corner may be passed (`Corners`)
     mesh_spacing         where the nodes between the breakpoints stand
     mesh                 a block as intervals between nodes (`Mesh`)
     problem              the least-time problem on a row of intervals, and its solution (kernels ``least_time*``)

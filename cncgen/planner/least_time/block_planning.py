@@ -7,13 +7,12 @@ from contextlib import closing
 
 import numpy as np
 
-from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
 from cncgen.planner.assembly import assemble, timed, waits_of
-from cncgen.planner.least_time.corners import BlockEnd, ends_of
+from cncgen.planner.least_time.breakpoints import Breakpoints, PathBlock, breakpoints_of
 from cncgen.planner.least_time.crawling import paced
 from cncgen.planner.least_time.fixed_blocks import blocks
-from cncgen.planner.least_time.mesh import Mesh, mesh_of
+from cncgen.planner.least_time.mesh import ENTER, LEAVE, Mesh, mesh_of
 from cncgen.planner.least_time.prefetch import prefetch
 from cncgen.planner.least_time.rolling_window import RollingWindow
 from cncgen.planner.least_time.speed_caps import SpeedCap
@@ -30,6 +29,9 @@ FIRST, MOST = 512, 8192
 #: Results that wait while another is made and this one is worked on, and meshes that do: their times differ more, as some windows need
 #: more runs. With two in wait solving and reading together take 5 % less time.
 PREFETCHED, MESHES = 1, 2
+#: Breakpoints of a neighbour that a block is classified with. A setpoint sees those of three periods; of rows that are
+#: a twentieth of a period long, as scans have, that many.
+_BESIDE = 64
 
 
 def smooth_blocks(
@@ -99,6 +101,8 @@ def _solved(
                 if coarse and np.any(mesh.toolpath.path_mode == PathMode.CONTINUOUS):
                     # The search that starts from it ends at 10⁻⁶ of the time.
                     window.unsettled = 0
+            if window.meshes:
+                _rest_alike(window.meshes[-1], mesh)
             window.meshes.append(mesh)
             yield from window.advance(last)
 
@@ -107,28 +111,43 @@ def _meshes(
     source: Iterable[tuple[Toolpath, SpeedCap | None]], bounds_of: Callable[[str], AxisLimits], coarse: bool
 ) -> Iterator[tuple[Mesh | Toolpath, bool]]:
     """Yield the meshes of a program and whether each is the last one; after it, maybe, a toolpath that stands still."""
-    held: tuple[Toolpath, Path, SpeedCap | None, tuple[BlockEnd, BlockEnd]] | None = None
-    before: BlockEnd | None = None
+    held: tuple[PathBlock, Breakpoints] | None = None
+    before: Breakpoints | None = None
     still: list[Toolpath] = []
     bounds: AxisLimits | None = None
 
-    for block, cap in source:
-        still.append(block)
-        if not _moves(block):
+    for toolpath, cap in source:
+        still.append(toolpath)
+        if not _moves(toolpath):
             continue
         toolpath = join(still)
         still = []
-        path = toolpath.path
         bounds = bounds or bounds_of(toolpath.axes)
-        ends = ends_of(toolpath, path, bounds)
-        if held is not None:
-            yield mesh_of(*held[:2], bounds, before, ends[0], held[2], coarse), False
-            before = held[3][1]
-        held = toolpath, path, cap, ends
+        block = PathBlock.of(toolpath, cap, bounds)
+        points = breakpoints_of(block, bounds)
+        if held is None:
+            points.rest[0] = True
+        else:
+            yield mesh_of(*held, (before, points.head(_BESIDE)), bounds, coarse), False
+            before = (before.followed_by(held[1]) if before else held[1]).tail(_BESIDE)
+        held = block, points
     if held is not None and bounds is not None:
-        yield mesh_of(*held[:2], bounds, before, None, held[2], coarse), True
+        held[1].rest[-1] = True
+        yield mesh_of(*held, (before, None), bounds, coarse), True
     if still:
         yield join(still), True
+
+
+def _rest_alike(one: Mesh, other: Mesh) -> None:
+    """Let a motion that rests on one side of the border of two meshes rest on both.
+
+    Either mesh was classified with the corners beside the border, but not with all that are further away.
+    """
+    ends, begins = one.stop[-1], other.stop[0]
+    if ends and not begins:
+        other.kind[0], other.stop[0] = LEAVE, True
+    elif begins and not ends:
+        one.kind[-1], one.stop[-1] = ENTER, True
 
 
 def _moves(toolpath: Toolpath) -> bool:

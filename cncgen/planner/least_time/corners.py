@@ -12,7 +12,7 @@ from cncgen.geometry import elementary
 from cncgen.geometry.columns import max_over_axes, norm
 from cncgen.geometry.path import Path
 from cncgen.geometry.tables import ranges
-from cncgen.planner.least_time.crawling import crawling
+from cncgen.planner.least_time.breakpoints import Breakpoints
 from cncgen.planner.limits.axis_limits import (
     JUMP_SHARE,
     STEP_TAKES,
@@ -20,22 +20,13 @@ from cncgen.planner.limits.axis_limits import (
     AxisLimits,
     along_path,
     lowered,
-    resolution,
     speed_within,
 )
-from cncgen.planner.limits.program_feeds import Feeds
-from cncgen.toolpath.record import Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Ints = NDArray[np.int64]
 
-#: Part of the resolution up to which breakpoints are one place. That is J T³/4000: turning back on it, a third difference has
-#: (1, −2, 1) times twice that, a thousandth of J. Within a curve they are those of one halt, a knot and the cusp beside it,
-#: which four times as much must not part: where between them is rounding.
-_TOGETHER, _TOGETHER_WITHIN = 0.0125, 0.05
-#: Part of the resolution up to which a bend beside a knot is of its corner.
-KNOT_SHARE = 0.8 * _TOGETHER_WITHIN
 #: Part of the jerk limit below which a jump is taken for none.
 _NEGLIGIBLE = 2e-4
 #: Least part of its speed that a jump keeps beside others, and in how many halvings the part is found.
@@ -69,7 +60,7 @@ class Corners:
         acceleration: Shape (n,), mm/s²: largest size of the acceleration along the path by the jump; infinite for none.
         zone: Shape (n,), mm: how far on both sides a setpoint's third difference can see the jump; 0 for none.
         cuts: Shape (n,), bool: it rests, and chords might cut the corner by more than their tolerance if no setpoint fell
-            near it. The end of a block is left to the start of the next one.
+            near it.
     """
 
     s: Floats
@@ -81,65 +72,15 @@ class Corners:
     zone: Floats
     cuts: Bools
 
-    def only(self, kept: Bools) -> Corners:
-        """Return those that are kept, of which every rest is one."""
+    def only(self, kept: Bools | slice) -> Corners:
+        """Return those that are kept."""
         return Corners(*(getattr(self, column.name)[kept] for column in fields(self)))
 
 
-@dataclass(frozen=True, slots=True)
-class BlockEnd:
-    """The neighbour that a block meets at one of its ends.
-
-    Attributes:
-        derivatives: Shape (4, axes), position and derivatives of the block there, on its side of the border.
-        rest: Whether its program asks for rest there: the exact stop of its last motion, or an event.
-    """
-
-    derivatives: Floats
-    rest: bool
-
-
-def ends_of(toolpath: Toolpath, path: Path, bounds: AxisLimits) -> tuple[BlockEnd, BlockEnd]:
-    """Return the data of the start and the end of a block for its neighbours."""
-    rests = _rests(toolpath, path, crawling(path, Feeds.of(toolpath, path).speed, bounds))
-    first, last = path.row_s[:1], path.row_s[-1:]
-    return (
-        BlockEnd(path.evaluate(first, 3, 1)[:, 0], bool(np.any(rests == first))),
-        BlockEnd(path.evaluate(last, 3, -1)[:, 0], bool(np.any(rests == last))),
-    )
-
-
-def corners_of(
-    toolpath: Toolpath,
-    path: Path,
-    bounds: AxisLimits,
-    crawls: Bools,
-    s: Floats,
-    sides: tuple[Floats, Floats],
-    top: Floats,
-    before: BlockEnd | None,
-    after: BlockEnd | None,
-) -> Corners:
-    """Classify the breakpoints of a block.
-
-    Args:
-        toolpath, path: The block and its geometry.
-        bounds: Limits.
-        crawls: Shape (rows,), the rows that begin and end at rest, see `cncgen.planner.least_time.crawling`.
-        s: Shape (n,), the breakpoints.
-        sides: Derivatives on the left and on the right of each breakpoint, shape (4, n, axes) each.
-        top: Shape (n,), the largest q there by everything else.
-        before, after: The end of the block before and the start of the next; None where the motion starts or ends here.
-    """
-    left, right = sides[0].copy(), sides[1].copy()
-    stop = np.zeros(len(s), bool)
-    stop[nearest(s, _rests(toolpath, path, crawls))] = True
-    for end, beyond, mine in ((0, before, left), (-1, after, right)):
-        if beyond is None:
-            stop[end] = True
-        else:
-            mine[:, end] = beyond.derivatives
-            stop[end] |= beyond.rest
+def corners_of(points: Breakpoints, bounds: AxisLimits) -> Corners:
+    """Classify breakpoints: those of a block, maybe between those of its neighbours."""
+    s, left, right, top = points.s, points.left, points.right, points.top
+    stop = points.rest.copy()
     jumps = BlockJumps(bounds, s, left[1], right[1])
     turn = jumps.turn
     linear, square = bounds.jump(turn, right[2] - left[2])
@@ -150,7 +91,7 @@ def corners_of(
     worth = jumps.break_even(stop | held, top, lost)
     corner = held & (speed < worth)
     passing = np.where(stop | corner, 0.0, speed)
-    rises = jumps.rises(path)
+    rises = jumps.rises(points.line, points.in_space)
 
     def chord_speed(passing: Floats) -> Floats:
         return jumps.chord_speed(passing > 0.0, reached_speeds(np.minimum(passing, np.sqrt(top)), rises))
@@ -229,24 +170,25 @@ class BlockJumps:
         )
         return acceleration, jerk
 
-    def rises(self, path: Path) -> tuple[Floats, Floats]:
+    def rises(self, line: Bools, in_space: Bools) -> tuple[Floats, Floats]:
         """Return by how much v² and v^(3/2) change from one to the next at most, shape (n − 1,) each; infinite for no bound.
 
         On lines these are 2 A d and √(9/2 J) d. The acceleration along a curve in X Y Z is a component of the vector of these axes.
+
+        Args:
+            line, in_space: As in `Breakpoints`.
         """
         bounds = self.bounds
-        row = path.row_of(0.5 * (self.s[:-1] + self.s[1:]))
-        straight = path.kind[row] == Kind.LINE
         acceleration, jerk = (
             along_path(each, self.right[:-1]) for each in (bounds.acceleration, bounds.jerk)
         )
         # Axes that the machine lacks have none, and do not move.
         three = bounds.acceleration[:3]
         whole = float(np.linalg.norm(three[np.isfinite(three)]))
-        bent = np.where(path.moves_xyz[row], whole, np.inf)
+        bent = np.where(in_space, whole, np.inf)
         apart = np.diff(self.s)
-        square = 2.0 * np.where(straight, acceleration, bent) * apart
-        return square, np.where(straight, np.sqrt(4.5 * jerk) * apart, np.inf)
+        square = 2.0 * np.where(line, acceleration, bent) * apart
+        return square, np.where(line, np.sqrt(4.5 * jerk) * apart, np.inf)
 
     def lost(self, share: Floats) -> Floats:
         """Return what part of the jerk along the path they take, shape (n,), the mean of both sides; of the axes `share`, shape (n, axes).
@@ -377,8 +319,6 @@ class BlockJumps:
         # Axes that the machine lacks do not move.
         far = norm(np.where(np.isfinite(way), way, 0.0)) > bounds.chord_mm
         out: Bools = stop & (norm(bounds.scale * self.turn) > NO_TURN) & far
-        # The end of a block is the start of the next one.
-        out[-1] = False
         return out
 
 
@@ -466,43 +406,3 @@ def _largest_part(kept: Callable[[Floats, Ints], Bools], at: Ints, least: float)
         good = kept(middle, at)
         low, high = np.where(good, middle, low), np.where(good, high, middle)
     return low
-
-
-def distinct(s: Floats, sides: tuple[Floats, Floats], bounds: AxisLimits, curved: Bools) -> tuple[Ints, Ints]:
-    """Return which breakpoints are the first and which the last of a cluster that no setpoint can tell apart (`_TOGETHER`); the ends stay.
-
-    Args:
-        s: Shape (n,), path coordinate.
-        sides: Derivatives on the left and on the right of each, shape (4, n, axes) each.
-        bounds: Limits.
-        curved: Shape (n − 1,), between which of them a NURBS goes on.
-    """
-    # The rows that meet at a cluster count too: a length may be short for one row and long for axes that only the other moves.
-    seen = np.minimum(*(resolution(bounds, side[1]) for side in sides))
-    part = np.where(curved, _TOGETHER_WITHIN, _TOGETHER)
-    apart = np.diff(s) > part * np.minimum(seen[:-1], seen[1:])
-    if not apart.any():
-        ends = np.array([0, len(s) - 1])
-        return ends, ends
-    first = np.flatnonzero(np.concatenate([[True], apart]))
-    last = np.flatnonzero(np.concatenate([apart, [True]]))
-    first[-1], last[0] = len(s) - 1, 0
-    return first, last
-
-
-def _rests(toolpath: Toolpath, path: Path, crawls: Bools) -> Floats:
-    """Return the places where the program demands rest: at the ends of motions under G61.1, at both ends of crawling motions, at
-    events."""
-    row_s = path.row_s
-    exact = np.flatnonzero((np.diff(row_s) > 0) & (toolpath.path_mode == PathMode.EXACT_STOP))
-    waits = [row for row, _, event in toolpath.event_rows if event.stands]
-    slow = np.flatnonzero(crawls)
-    return row_s[np.concatenate([exact + 1, slow, slow + 1, np.array(waits, np.int64)])]
-
-
-def nearest(s: Floats, at: Floats) -> Ints:
-    """Return the index in ascending `s` nearest to each of `at`."""
-    right = np.clip(np.searchsorted(s, at), 1, max(len(s) - 1, 1))
-    index = np.minimum(right, len(s) - 1)
-    lower = np.abs(s[right - 1] - at) <= np.abs(s[index] - at)
-    return np.where(lower, right - 1, index)

@@ -15,18 +15,9 @@ from cncgen.diagnostics import Diagnostic, NoPlanError, Span
 from cncgen.geometry.columns import max_over_axes
 from cncgen.geometry.path import Path
 from cncgen.kernels import node_places
-from cncgen.planner.least_time.corners import (
-    KNOT_SHARE,
-    BlockEnd,
-    Corners,
-    corners_of,
-    distinct,
-    nearest,
-    rows_beside,
-)
-from cncgen.planner.least_time.crawling import crawling
+from cncgen.planner.least_time.breakpoints import SHARP, Breakpoints, PathBlock, nearest
+from cncgen.planner.least_time.corners import Corners, corners_of, rows_beside
 from cncgen.planner.least_time.mesh_spacing import MOST, TooManyNodesError, TopAt, placed
-from cncgen.planner.least_time.speed_caps import SpeedCap
 from cncgen.planner.limits.axis_limits import JUMP_SHARE, STEP_TAKES, SWAY_SHARE, AxisLimits, resolution
 from cncgen.planner.limits.program_feeds import Feeds
 from cncgen.planner.record import Limit
@@ -45,9 +36,6 @@ _STRAIGHT = 1e-9
 _LAST_DIGITS = 2.0**-48
 #: A turn of at least this is a corner, rad. A smaller one may be rounding of the coordinates of short rows.
 _SEEN = 1e-5
-#: Nodes stand so close that the direction turns less than this over an interval, rad, and its derivative changes accordingly
-#: (`mesh_spacing`). Where it turns more (cusps, bends too short to show), derivatives are replaced by values from the ends (`_calm`).
-_SHARP = 0.3
 #: Allowance for values between the quarter points, as a multiple of those at the points: slightly more in x''', and twice as much in
 #: x''.
 _EXCESS = 2.5
@@ -107,41 +95,34 @@ class Mesh:
 
 
 def mesh_of(
-    toolpath: Toolpath,
-    path: Path,
+    block: PathBlock,
+    points: Breakpoints,
+    around: tuple[Breakpoints | None, Breakpoints | None],
     bounds: AxisLimits,
-    before: BlockEnd | None,
-    after: BlockEnd | None,
-    cap: SpeedCap | None = None,
     coarse: bool = False,
 ) -> Mesh:
     """Cut a block into intervals.
 
     Args:
-        toolpath, path: The block, of a length greater than 0.
+        block: The block.
+        points: Its breakpoints.
+        around: The breakpoints of its neighbours beside its start and its end; None where the motion starts or ends there.
         bounds: Limits.
-        before, after: The end of the block before and the start of the next; None where the motion starts or ends at this
-            block's border.
-        cap: A largest speed along the path, beside the bounds.
         coarse: Few nodes will do but for blocks with rows that are not planned again within a tolerance.
 
     Raises:
         NoPlanError: It would be more intervals than memory is meant for.
     """
-    feeds = Feeds.of(toolpath, path)
-    crawls = crawling(path, feeds.speed, bounds)
+    toolpath, path, cap = block.toolpath, block.path, block.cap
 
     def top_at(s: Floats, x: Floats, side: int) -> Floats:
-        """Return the largest q at places with the derivatives x by all but jumps."""
-        row = path.row_of(s, side)
-        q, _ = bounds.top(feeds.speed[row], feeds.limit[row], x[1], x[2])
-        return cap.lower(s, x, q) if cap else q
+        return block.top(bounds, s, x, side)
 
-    corners, sides = _breakpoints(toolpath, path, bounds, feeds, crawls, top_at, before, after)
+    every, corners, sides = _classified(block, points, around, bounds)
     lines = _lines(path, corners)
     if cap and cap.straight:
         # Crawling rows are slower than any cap.
-        lines &= crawls[path.row_of(0.5 * (corners.s[:-1] + corners.s[1:]))]
+        lines &= block.crawls[path.row_of(0.5 * (corners.s[:-1] + corners.s[1:]))]
     kept = ~loose(toolpath) & (toolpath.feed_mode != FeedMode.RAPID) | ~path.moves_xyz
     coarse = coarse and not kept[toolpath.kind != Kind.EVENT].any()
     try:
@@ -149,7 +130,7 @@ def mesh_of(
     except TooManyNodesError as many:
         raise NoPlanError(_too_many(toolpath, path, many)) from None
     for _ in range(1 if coarse else _HALVINGS):
-        mesh, bulging = _intervals(toolpath, path, bounds, feeds, cap, corners, sides, lines, s)
+        mesh, bulging = _intervals(block, bounds, (every, corners), sides, lines, s)
         if not len(bulging):
             break
         s = np.union1d(s, 0.5 * (s[bulging] + s[bulging + 1]))
@@ -157,80 +138,39 @@ def mesh_of(
     return mesh
 
 
-def _breakpoints(
-    toolpath: Toolpath,
-    path: Path,
+def _classified(
+    block: PathBlock,
+    points: Breakpoints,
+    around: tuple[Breakpoints | None, Breakpoints | None],
     bounds: AxisLimits,
-    feeds: Feeds,
-    crawls: NDArray[np.bool_],
-    top_at: TopAt,
-    before: BlockEnd | None,
-    after: BlockEnd | None,
-) -> tuple[Corners, tuple[Floats, Floats]]:
-    """Return the breakpoints of a block, classified, and the derivatives on the left and right of each, shape (4, n, axes) each."""
-    seams = path.breakpoints()
-    sides = (path.evaluate(seams, 3, -1), path.evaluate(seams, 3, 1))
-    bends = _bends_beside(path, seams, (sides[0][1], sides[1][1]), bounds)
-    if len(bends):
-        seams = np.union1d(seams, bends)
-        sides = (path.evaluate(seams, 3, -1), path.evaluate(seams, 3, 1))
-    # At its ends a path is what it is within; a curve that ends in a cusp has no direction there.
-    sides[0][:, 0], sides[1][:, -1] = sides[1][:, 0], sides[0][:, -1]
-    between = path.row_of(0.5 * (seams[:-1] + seams[1:]))
-    first, last = distinct(seams, sides, bounds, path.kind[between] == Kind.NURBS)
-    sides = (sides[0][:, first], sides[1][:, last])
-    top = np.minimum(top_at(seams[first], sides[0], -1), top_at(seams[last], sides[1], 1))
-    corners = corners_of(toolpath, path, bounds, crawls, seams[first], sides, top, before, after)
-    kept = ~_straight_on(path, feeds, corners, sides)
-    return corners.only(kept), (sides[0][:, kept], sides[1][:, kept])
-
-
-def _bends_beside(path: Path, seams: Floats, directions: tuple[Floats, Floats], bounds: AxisLimits) -> Floats:
-    """Return places between which and a knot beside them a curve bends too briefly to show in setpoints, shape (k,).
-
-    Nodes are further apart than that, and need not see the bend, though the direction after it is another one. What `distinct`
-    counts to the knot becomes its corner, the rest an interval of its own.
-
-    Args:
-        path: The path.
-        seams: Shape (n,), its breakpoints.
-        directions: Shape (n, axes) each, dx/ds on the left and right of them.
-        bounds: Limits.
-    """
-    found, apart = [], np.diff(seams)
-    curved = path.kind[path.row_of(0.5 * (seams[:-1] + seams[1:]))] == Kind.NURBS
-    room = apart[curved]
-    for side, x1 in zip((-1, 1), directions, strict=True):
-        at, x1 = ((each[1:] if side < 0 else each[:-1])[curved] for each in (seams, x1))
-        way = resolution(bounds, x1)
-        at, x1, way = (each[room > way] for each in (at, x1, side * way))
-        far = at + way
-        beyond = path.evaluate(far, 1)[1]
-        turned = _turned(x1, beyond)
-        near = at[turned] + KNOT_SHARE * way[turned]
-        between = path.evaluate(near, 1)[1]
-        found += [near[_turned(x1[turned], between)], far[turned][_turned(between, beyond[turned])]]
-    return np.concatenate(found)
-
-
-def _turned(one: Floats, other: Floats) -> NDArray[np.bool_]:
-    """Tell which of two directions, shape (k, axes) each, differ by more than nodes are placed for."""
-    out: NDArray[np.bool_] = max_over_axes(np.abs(other - one)) > _SHARP * max_over_axes(np.abs(other))
-    return out
+) -> tuple[Corners, Corners, tuple[Floats, Floats]]:
+    """Return the corners of a block and its neighbours; those of the block that count, and the derivatives on both sides of these,
+    shape (4, n, axes) each."""
+    before, after = around
+    joined = before.followed_by(points) if before else points
+    first = len(joined) - len(points)
+    joined = joined.followed_by(after) if after else joined
+    every = corners_of(joined, bounds)
+    here = slice(first, first + len(points))
+    corners = every.only(here)
+    # The end of a block is the start of the next one.
+    corners.cuts[-1] = False
+    sides = (joined.left[:, here], joined.right[:, here])
+    kept = ~_straight_on(block.path, block.feeds, corners, sides)
+    return every, corners.only(kept), (sides[0][:, kept], sides[1][:, kept])
 
 
 def _intervals(
-    toolpath: Toolpath,
-    path: Path,
+    block: PathBlock,
     bounds: AxisLimits,
-    feeds: Feeds,
-    cap: SpeedCap | None,
-    corners: Corners,
+    classified: tuple[Corners, Corners],
     sides: tuple[Floats, Floats],
     lines: NDArray[np.bool_],
     s: Floats,
 ) -> tuple[Mesh, Ints]:
     """Return the intervals between the nodes `s`, and which of them bulge (`_concealed`)."""
+    toolpath, path, feeds, cap = block.toolpath, block.path, block.feeds, block.cap
+    every, corners = classified
     n = len(s) - 1
     places = np.empty((n, 2))
     places[:, 0], places[:, 1] = s[:-1], 0.5 * (s[:-1] + s[1:])
@@ -274,7 +214,7 @@ def _intervals(
         top_limit=which[np.arange(n), top3.argmin(axis=1)],
         node_top=node_top,
         node_acceleration=node_acceleration,
-        factor=_factors(s, corners),
+        factor=_factors(s, every),
         x3_excess=x3_excess,
         chord=_chords(toolpath, row, bounds),
         stop=stop,
@@ -354,7 +294,7 @@ def _calm(x: Floats, h: Floats, spline: NDArray[np.bool_]) -> None:
 
     Usually intervals are short beside what the derivatives ask for (`cncgen.planner.least_time.mesh_spacing`). Exceptions are cusps,
     where derivatives are infinite or nothing but rounding, and bends too short to show in setpoints. There |x''| and |x'''|
-    are bounded so that the direction turns by `_SHARP` over the interval at most, and are made linear over it where it is
+    are bounded so that the direction turns by `SHARP` over the interval at most, and are made linear over it where it is
     of the `spline`: the path between nodes that setpoints cannot tell apart must not limit the motion.
 
     Args:
@@ -362,7 +302,7 @@ def _calm(x: Floats, h: Floats, spline: NDArray[np.bool_]) -> None:
         h: Shape (n,), lengths, mm.
         spline: Shape (n,), which intervals are of the spline.
     """
-    node_places.calm(x, h, spline.view(np.int8), _SHARP, _LAST_DIGITS)
+    node_places.calm(x, h, spline.view(np.int8), SHARP, _LAST_DIGITS)
 
 
 def _factors(s: Floats, corners: Corners) -> Floats:

@@ -16,7 +16,8 @@ from cncgen.geometry import elementary
 from cncgen.geometry.path import Path
 from cncgen.kernels import along_path as kernel
 from cncgen.kernels import node_places
-from cncgen.planner.least_time.corners import NO_TURN, Corners, nearest
+from cncgen.planner.least_time.breakpoints import nearest
+from cncgen.planner.least_time.corners import NO_TURN, Corners
 from cncgen.planner.limits.axis_limits import AxisLimits, along_path, lowered, resolution
 from cncgen.toolpath.record import Kind
 
@@ -308,8 +309,10 @@ def _first(
 
 
 def _slow_places(corners: Corners) -> Floats:
-    """Return where rests and passed corners are, shape (k,), which slow the motion alike."""
-    return corners.s[corners.stop | np.isfinite(corners.speed)]
+    """Return where rests and passed corners are, shape (k,), which slow the motion alike; a border of the block may be beside one."""
+    slow = corners.stop | np.isfinite(corners.speed)
+    slow[[0, -1]] = True
+    return corners.s[slow]
 
 
 def _beside(bounds: AxisLimits, corners: Corners, sides: tuple[Floats, Floats]) -> Floats:

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from cncgen.kernels import planned_motion
 from cncgen.planner.assembly import assemble, timed, waits_of
+from cncgen.planner.least_time.breakpoints import nearest
 from cncgen.planner.least_time.chord_refinement import MeshPath
-from cncgen.planner.least_time.corners import SEEN, nearest
+from cncgen.planner.least_time.corners import SEEN
 from cncgen.planner.least_time.mesh import Mesh
 from cncgen.planner.least_time.motion_pieces import MotionPieces
 from cncgen.planner.least_time.problem import Solution

@@ -21,6 +21,7 @@ from cncgen.pipeline import plan as plan_program
 from cncgen.pipeline import read_text, sample
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.least_time import mesh_spacing
+from cncgen.planner.least_time.breakpoints import PathBlock, breakpoints_of
 from cncgen.planner.least_time.fixed_blocks import blocks
 from cncgen.planner.least_time.mesh import mesh_of
 from cncgen.planner.limits.axis_limits import AxisLimits
@@ -275,7 +276,11 @@ def test_a_curve_that_stands_at_its_end_has_as_many_nodes_as_its_reverse() -> No
 def _nodes_of(text: str, machine: Machine) -> NDArray[np.float64]:
     """Return where the nodes of a program of one block stand."""
     toolpath = join(list(read_text(text).chunks()))
-    return mesh_of(toolpath, toolpath.path, AxisLimits.of(machine, toolpath.axes), None, None).s
+    bounds = AxisLimits.of(machine, toolpath.axes)
+    block = PathBlock.of(toolpath, None, bounds)
+    points = breakpoints_of(block, bounds)
+    points.rest[[0, -1]] = True
+    return mesh_of(block, points, (None, None), bounds).s
 
 
 def test_turns_of_one_arc_beside_a_weak_axis_keep_its_velocity() -> None:

@@ -7,6 +7,7 @@ from cncgen.machine import load
 from cncgen.pipeline import read_text
 from cncgen.planner.least_time.corners import BlockJumps, reached_speeds
 from cncgen.planner.limits.axis_limits import AxisLimits, lowered
+from cncgen.toolpath.record import Kind
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -33,7 +34,9 @@ def test_along_a_curve_the_speed_rises_by_what_all_axes_do_together() -> None:
     (rows,) = read_text(text).chunks()
     bounds, path = AxisLimits.of(machine, rows.axes), rows.path
     direction = path.evaluate(path.row_s, 1, 1)[1]
-    square, power = BlockJumps(bounds, path.row_s, direction, direction).rises(path)
+    square, power = BlockJumps(bounds, path.row_s, direction, direction).rises(
+        path.kind == Kind.LINE, path.moves_xyz
+    )
     a = [machine.axes[letter].max_acceleration for letter in "XYZ"]
     assert square[:2] == pytest.approx(
         [2.0 * a[0] * 10.0, 2.0 * np.hypot(np.hypot(*a[:2]), a[2]) * 5.0 * np.pi]
