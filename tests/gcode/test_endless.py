@@ -248,6 +248,42 @@ def test_a_jump_back_that_something_leads_out_of_is_followed(run: Run, way: str)
     assert out.path.end[:, 0].max() == 3
 
 
+#: Programs of SINUMERIK that a bar feeder ends, the line that leads back, and the places of one pass.
+FED = {
+    "GOTOS": ("G0 X1\nIF R1==0\nX2\nELSE\nX3\nENDIF\nGOTOS\nM30", 8, [1, 2]),
+    "a label": ("LAB1:\nR1=R1+1\nG0 X=R1\nGOTOB LAB1\nG0 X9\nM30", 5, [1]),
+    "LOOP": ("LOOP\nSUB1\nENDLOOP\nM30\nPROC SUB1\nG0 X4\nIF R1==0 GOTOF OUT1\nX5\nOUT1:\nM17", 4, [4]),
+}
+#: And those that an end of their own leads out of: R1 counts to 3.
+LEFT = {
+    "a jump": ("IF R1>=3 GOTOF OUT1\nGOTOS\nOUT1:\nM30", [1, 2, 3]),
+    "a jump in a branch": ("IF R1<3\nGOTOS\nENDIF\nM30", [1, 2, 3]),
+    "a jump by a case": ("CASE R1 OF 3 GOTOF OUT1\nGOTOS\nOUT1: M30", [1, 2, 3]),
+    "an end in a branch": ("IF R1==3\nM30\nENDIF\nGOTOS", [1, 2, 3]),
+    "an end by a variable": ("R2=8\nIF R1==3\nR2=30\nENDIF\nM=R2\nGOTOS", [1, 2, 3]),
+    "a repeat": ("N90 G91 X1\nREPEATB N90 P=2\nM30", [1, 2, 3, 4]),
+}
+
+
+@pytest.mark.parametrize("name", FED)
+def test_one_pass_of_a_program_of_sinumerik_that_repeats_itself(run: Run, name: str) -> None:
+    """840D sl, Fundamentals, "GOTOS": a jump to the beginning; it ran into the bound of work, as a jump back or LOOP did."""
+    text, line, places = FED[name]
+    out = run(f"G71 G90\n{text}\n", dialect="sinumerik")
+    assert out.errors == []
+    assert [d.span.line for d in out.diagnostics if d.code == "program-repeats"] == [line]
+    assert _places(out) == places
+
+
+@pytest.mark.parametrize("name", LEFT)
+def test_a_program_of_sinumerik_that_ends_is_run_to_its_end(run: Run, name: str) -> None:
+    text, places = LEFT[name]
+    out = run(f"G71 G90\nR1=R1+1\nG0 X=R1\n{text}\n", dialect="sinumerik")
+    assert out.errors == []
+    assert not [d for d in out.diagnostics if d.code == "program-repeats"]
+    assert _places(out) == places
+
+
 #: Waits for a signal that no program knows, with what moves meanwhile.
 WAITS = {
     "its own line": ("N10 IF [#1005 EQ 0] GOTO 10", "GOTO", []),

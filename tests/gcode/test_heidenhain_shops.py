@@ -583,6 +583,16 @@ def test_repeat_of_a_label_below_is_told(run: Run, lines: str, told: list[str]) 
     assert [code for code in found if code == "repeat-ahead"] == told
 
 
+@pytest.mark.parametrize(
+    ("times", "end", "told"), [("2.4", 3, 1), ("2.6", 4, 1), ("3", 4, 0), ("0.3 * 10", 4, 0)]
+)
+def test_repeats_that_are_not_whole_are_told(run: Run, times: str, end: int, told: int) -> None:
+    """Q9 = Q1 / Q2 of a groove that goes down in turns was 35.5: 36 were run without a word."""
+    text = f"TOOL CALL 1 Z S1000\nL X+0 Y+0 R0 FMAX\nQ9 = {times}\nLBL 1\nL IX+1 FMAX\nCALL LBL 1 REP Q9"
+    assert ends(run, text)[-1][0] == end
+    assert [code for _, code in said(run, text)].count("repeat-not-whole") == told
+
+
 def test_points_of_a_pattern_by_steps(run: Run) -> None:
     """TNC 640, "Defining individual machining positions": POS2 (X+15 IY+6.5) lies 6.5 above the point before."""
     text = (

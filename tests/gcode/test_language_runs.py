@@ -46,7 +46,7 @@ def test_a_main_program_may_begin_with_proc(places: Any, head: str) -> None:
 
 
 ENDLESS = {
-    "sinumerik": ("A1:\nG1 X5 F100\nG1 X0\nGOTOB A1\nG1 X9 XX\nM30\n", 4, 5),
+    "sinumerik": ("A1:\nG1 X5 F100\nG1 X0\nIF 1==1 GOTOB A1\nG1 X9 XX\nM30\n", 4, 5),
     "heidenhain": ("LBL 1\nL X+5 F100\nL X+0\nFN 9: IF +0 EQU +0 GOTO LBL 1\nL X+9 XX\nM30\n", 4, 5),
 }
 
@@ -127,7 +127,7 @@ def test_reading_goes_on_where_no_line_was_run(run: Any) -> None:
     """Behind a loop without end, wherever the last line stands of a subprogram that was called before."""
     calls = (
         "SUB1\n"
-        + "A1:\nG1 X5 F100\nG1 X0\nGOTOB A1\nG1 XX\nG1 YY\nM30\nPROC SUB1\n"
+        + "A1:\nG1 X5 F100\nG1 X0\nIF 1==1 GOTOB A1\nG1 XX\nG1 YY\nM30\nPROC SUB1\n"
         + 12 * "G0 Z0\n"
         + "RET\n"
     )

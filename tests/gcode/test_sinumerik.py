@@ -453,7 +453,7 @@ WRONG: dict[str, tuple[str, tuple[str, int, int]]] = {
     "a spindle that does not turn": ("CYCLE87(10,0,2,-10)", ("cycle-spindle", 1, 1)),
     "dwell of nothing": ("G4", ("dwell-missing", 1, 1)),
     "DC of a straight axis": ("G0 X=DC(5)", ("axis-mode", 1, 4)),
-    "endless": ("LOOP\nR1=1\nENDLOOP", ("too-many-steps", 3, 1)),
+    "endless": ("WHILE 1==1\nR1=1\nENDWHILE", ("too-many-steps", 3, 1)),
     "recursion": ("AB1\nM30\nPROC AB1\nAB1\nRET", ("call-depth", 4, 1)),
 }  # fmt: skip
 

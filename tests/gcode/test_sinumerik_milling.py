@@ -225,3 +225,21 @@ def test_rows_that_leave_strips_are_told(run: Run, cycle: str, tool: float, said
     assert [d.code for d in out.diagnostics if d.severity == "warning"] == [said] * bool(said)
     assert out.path.end[:, 0].min() == -reach
     assert out.path.end[:, 0].max() == 100.0 + reach
+
+
+@pytest.mark.parametrize(
+    ("cycle", "rows"),
+    [
+        ("CYCLE61(20,0,2,-1,0,0,100,8,1,2,0,500,11,0,1,1)", [-3.0, -1.0, 1.0, 3.0]),
+        ("CYCLE61(20,0,2,-1,0,0,100,-8,1,2,0,500,11,0,1,1)", [3.0, 1.0, -1.0, -3.0]),
+        ("CYCLE71(20,0,2,-1,0,0,100,8,0,1,2,0,0,500,31,0)", [-3.0, -1.0, 1.0, 3.0]),
+        ("CYCLE71(20,0,2,-1,0,0,8,100,0,1,2,0,0,500,41,0)", [-3.0, -1.0, 1.0, 3.0]),
+    ],
+)
+def test_rows_narrower_than_the_radius_begin_beside_the_face(run: Run, cycle: str, rows: list[float]) -> None:
+    """The k-th row of 2 clears up to 2 k with a tool of 5: its middle is at 2 k - 5, on whichever side; 1 and 3 were milled twice."""
+    out = run(f"{TOOL.format(5.0)}{cycle}\nM30", dialect="sinumerik")
+    assert out.errors == []
+    across = 0 if "41,0)" in cycle else 1
+    places = out.path.end[out.path.end[:, 2] == -1.0][:, across].tolist()
+    assert list(dict.fromkeys(places)) == rows

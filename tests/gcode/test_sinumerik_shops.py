@@ -1076,7 +1076,7 @@ def test_arrays_of_a_subprogram_that_nothing_calls(run: Run) -> None:
         ("$R[20]=4\nX=$R[20]+R20", [8]),
         ("LAB1: $AC_MARKER[1]=$AC_MARKER[1]+1\nX=$AC_MARKER[1]\nIF $AC_MARKER[1]<3 GOTOB LAB1", [1, 2, 3]),
         ("$SC_DRY_RUN_FEED=5\nX=$SC_DRY_RUN_FEED", [5]),
-        ("ACC[S1]=50 VELOLIM[S1]=100\nH0=3 H[0]=4 X1", [1]),
+        ("ACC[S1]=50 VELOLIM[S1]=100\nH0=3 H[0]=4 H50=50 X1", [1]),
         ("CUTCONOF COMPPATH\nSTOLF=2 ATOL[C]=1 CUTMOD=0 OVRRAP=100 X1", [1]),
     ],
 )

@@ -33,6 +33,8 @@ _PRESET = re.compile(r"#\s*(?P<row>\d+)(?P<keep>\s+KEEP\s+TRANS)?(?:\s+WP)?", re
 _FUNCTIONS_NOT_READ = {
     "19": " (values for the PLC)", "26": " (opening a table)", "27": " (writing to a table)", "28": " (reading a table)",
 }  # fmt: skip
+#: How far a number of repeats may lie from a whole one by rounding.
+_WHOLE = 1e-6
 #: Blocks that end a program that was called.
 _ENDS = ([("m", 2.0)], [("m", 30.0)])
 _FRAMES = (7, 8, 9, 10, 11, 19, 26, cycles.PRESET)
@@ -127,13 +129,23 @@ class HeidenhainRunner(ContourLines):
             self.enter(Frame(frame.program, at=target + 1, part=True), "CALL")
             return
         left = frame.loops.pop(at, None)
-        left = round(self._now(times)) if left is None else left
+        left = self._rounds(name, self._now(times)) if left is None else left
         if left > 0:
             if target > at:
                 message = f"CALL LBL {name} REP leads to a label below it: the run goes on there and does not return"
                 hint = f"CALL LBL {name} without REP calls a subprogram that ends with LBL 0"
                 self.ip.warn_once(BlockError("repeat-ahead", message, "CALL", hint=hint), Severity.WARNING)
             frame.loops[at], frame.at = left - 1, target + 1
+
+    def _rounds(self, name: str, value: float) -> int:
+        """Return how often REP repeats: a value that is not whole is rounded, and told."""
+        count = round(value)
+        if abs(value - count) > _WHOLE:
+            message = f"CALL LBL {name} REP repeats {value:g} times, which is not whole: {count} are run, and a control may run another number"
+            self.ip.warn_once(
+                BlockError("repeat-not-whole", message, "CALL", hint="INT makes the number whole")
+            )
+        return count
 
     def do_set(self, frame: Frame, at: int, statement: Statement) -> None:
         """Set a Q parameter."""

@@ -94,7 +94,8 @@ def _face(
     ends = (-sense * (mill.radius + over), along + sense * (mill.radius + over))
 
     def place(k: int, end: float) -> complex:
-        aside = math.copysign(abs(across) * (k + 1) / count - mill.radius, across)
+        # Of rows narrower than the tool's radius, the first lie before the corner: only so their edge cuts no more than a row.
+        aside = math.copysign(1.0, across) * (abs(across) * (k + 1) / count - mill.radius)
         return complex(end, aside) if way in (1, 3) else complex(aside, end)
 
     for level in levels:

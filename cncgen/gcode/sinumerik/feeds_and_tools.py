@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 _MOST_OVERRIDE = 200.0
 #: Words of a spindle's speed. M of a larger number than that of any spindle extends the address of a function of the builder: M20=151.
 _SPINDLE, _MOST_SPINDLES = re.compile(r"S\d?"), 9
-_ENDS = {2: True, 30: True, 17: True}
+#: M functions that end programs.
+ENDS = {2: True, 30: True, 17: True}
 
 
 def modal_values(motions: Motions, words: Words) -> None:
@@ -149,7 +150,7 @@ def functions(motions: Motions, words: Words) -> bool:
                 words.m.append(value)
     ended = False
     for code in words.m:
-        if code in _ENDS:
+        if code in ENDS:
             motions.settle()
             ended = True
         elif code == 6:

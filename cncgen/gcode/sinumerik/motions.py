@@ -60,9 +60,7 @@ _IDLE = frozenset(
     [
         "FRC",
         "H",
-        "H0",
-        "H1",
-        "H2",
+        *(f"H{k}" for k in range(100)),
         "SPOS",
         "SPOSA",
         "LIMS",

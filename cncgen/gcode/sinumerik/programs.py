@@ -8,7 +8,8 @@ from weakref import WeakKeyDictionary
 
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow import language_run
-from cncgen.gcode.sinumerik.reading import Statement, parse
+from cncgen.gcode.sinumerik.feeds_and_tools import ENDS
+from cncgen.gcode.sinumerik.reading import Item, Statement, parse
 from cncgen.gcode.sinumerik.said import Said
 from cncgen.gcode.source import MAX_LINE, Source
 from cncgen.gcode.text import search
@@ -25,6 +26,8 @@ _CLOSES = {
     "until": "repeat",
 }
 _OPENS = ("if", "loop", "for", "while", "repeat")
+#: Lines that lead to others, apart from loops and branches.
+_LEADING = ("jump", "if-jump", "case")
 #: Suffixes of files with subprograms, the best first.
 SUFFIXES = (".spf", ".mpf", *search.SUFFIXES)
 #: Characters of a block, and of a macro's text, beyond which neither is expanded (840D: 512).
@@ -131,6 +134,21 @@ class Program(language_run.Program[Line]):
     def labelled(self, name: str) -> list[int]:
         """Return the lines of a label or block number."""
         return self.labels.of(name)
+
+    def never_left(self, first: int, last: int) -> bool:
+        """Tell whether nothing from a line to a jump back to it leads elsewhere or ends the program."""
+        if any(first <= begin < last < end for begin, end in self.other.items()):
+            return False
+        return not any(
+            line.fault or line.statement.kind in _LEADING or any(map(_may_end, line.statement.items))
+            for at, line in self.lines.entries()
+            if first <= at < last
+        )
+
+
+def _may_end(item: Item) -> bool:
+    """Tell whether a part of a block ends the program, or may do so."""
+    return item[:2] in (("name", "RET"), ("set", "M")) or (item[:2] == ("word", "M") and item[2] in ENDS)
 
 
 #: Main programs that were read before they run.

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, cast
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow import language_run
@@ -52,6 +53,8 @@ class SinumerikRunner(LanguageRun[Program]):
         self.store.calls_modally = lambda: self.motions.modal is not None
         #: The subprogram that MCALL runs.
         self._modal: Frame | None = None
+        #: Whether a jump from the second line back to the first never ends.
+        self._endless: dict[tuple[int, int], bool] = {}
 
     def _begin(self, main: Program) -> None:
         self.motions.begin(turns=main.said.turns())
@@ -200,15 +203,20 @@ class SinumerikRunner(LanguageRun[Program]):
     def do_else(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         frame.at = frame.program.other.get(at, at) + 1
 
-    def do_endloop(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+    def do_endwhile(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         """Go to the line that opens the loop which a line closes, if it closes one."""
         frame.at = frame.program.other.get(at, frame.at)
 
-    do_endwhile = do_endfor = do_endloop
+    do_endfor = do_endwhile
+
+    def do_endloop(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+        """End a round of LOOP, which has no end but a jump."""
+        self.do_endwhile(frame, at, data)
+        self._end_endless(frame, at, "ENDLOOP")
 
     def do_until(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         if self._number(data[0]) == 0.0:
-            self.do_endloop(frame, at, data)
+            self.do_endwhile(frame, at, data)
 
     def do_for(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         """Count up, and leave the loop beyond its end; ENDFOR leads back to here."""
@@ -228,7 +236,7 @@ class SinumerikRunner(LanguageRun[Program]):
     def do_if_jump(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         for condition, (_, *jump) in data[0]:
             if self._number(condition) != 0.0:
-                self.do_jump(frame, at, jump)
+                self._jump(frame, at, jump)
                 return
 
     def do_case(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
@@ -238,12 +246,29 @@ class SinumerikRunner(LanguageRun[Program]):
             if wanted is None:
                 usual = jump
             elif self._number(wanted) == value:
-                self.do_jump(frame, at, jump)
+                self._jump(frame, at, jump)
                 return
         if usual is not None:
-            self.do_jump(frame, at, usual)
+            self._jump(frame, at, usual)
 
     def do_jump(self, frame: Frame, at: int, data: Sequence[Any]) -> None:
+        """Jump without a condition."""
+        self._jump(frame, at, data)
+        self._end_endless(frame, at, data[0])
+
+    def _end_endless(self, frame: Frame, at: int, word: str) -> None:
+        """End the main program after a line that led back, where nothing between leads elsewhere: one pass is planned, as of bar feeders."""
+        first, program = frame.at, frame.program
+        if first > at or len(self.frames) > 1 or frame.repeats:
+            return
+        if (first, at) not in self._endless:
+            self._endless[first, at] = program.never_left(first, at)
+        if self._endless[first, at]:
+            message = f"{word} leads back to line {program.lines.place(first).line} without end, as nothing between leads elsewhere; one pass is planned"
+            self.ip.warn(BlockError("program-repeats", message, word, hint="M30 ends it"), Severity.NOTE)
+            self.ip.end_program()
+
+    def _jump(self, frame: Frame, at: int, data: Sequence[Any]) -> None:
         """Go to a label: forward (GOTOF), back (GOTOB), either (GOTO, GOTOC; GOTOC goes on where the label is missing)."""
         how, label = data
         if how == "GOTOS":
