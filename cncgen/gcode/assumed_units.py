@@ -27,6 +27,8 @@ _INCHES = 200
 #: and as many without a zero before the point.
 _INCH_COUNT = 3
 _INCH_MOST = {4: (100.0, 200.0), 3: (30.0, 60.0)}
+#: The largest usual feed of a lathe a revolution in inches, which half of its feeds keep: 0.05 to 0.5 are those in mm.
+_INCH_TURN = 0.03
 
 
 def assumed_units(
@@ -48,7 +50,7 @@ def assumed_units(
     hint = "G20 or G21 in the program says the unit, or --units, or [interpreter] units of the machine"
     message, code, severity = "neither G20 nor G21: lengths are taken as mm", "units-assumed", Severity.NOTE
     values: dict[str, float] = {}
-    if (feed := _inch_feed(text)) is not None:
+    if (feed := _inch_feed(text, dialect in LATHES)) is not None:
         message += f", but its decimals and feeds up to F{feed:g} look like inches"
         code, severity, values = "units-doubtful", Severity.WARNING, {"feed": feed}
     yield (
@@ -86,7 +88,7 @@ def _says_unit(source: Source, dialect: str) -> bool:
     return False
 
 
-def _inch_feed(text: bytes) -> float | None:
+def _inch_feed(text: bytes, lathe: bool) -> float | None:
     """Return the largest feed of a text whose numbers look like inches; None where they do not."""
     lengths = [match["number"] for match in compiled(signs.LENGTH).finditer(text)]
     feeds = [float(match["number"]) for match in compiled(signs.FEED).finditer(text)]
@@ -99,6 +101,8 @@ def _inch_feed(text: bytes) -> float | None:
         or most not in _INCH_MOST
         or (most == 3 and bare < _INCH_COUNT)
     ):
+        return None
+    if lathe and max(feeds) < 1.0 and sorted(feeds)[len(feeds) // 2] > _INCH_TURN:
         return None
     length, feed = _INCH_MOST[most]
     return max(feeds) if max(map(float, lengths)) <= length and max(feeds) <= feed else None

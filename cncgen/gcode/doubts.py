@@ -144,23 +144,26 @@ _NO_POINTS = replace(
     within=signs.LONG_LENGTHS[4],
 )
 #: Those without a point beside whole numbers that end in one, which their author wrote for such controls: places, and on mills in blocks
-#: of holes, rotations and arcs Q, R, I J K.
+#: of holes, rotations and arcs Q, R, I J K. X of G4 is no length, and has a warning of its own.
+_NO_DWELL = rb"^(?![^(;\n]*G0?4(?![\d.]))"
 _ONE_WITHOUT_POINT = replace(
     _INCREMENTS,
-    sign=_BEFORE + rb"(?P<word>[XYZ]" + signs.WHOLE + rb")",
+    sign=_NO_DWELL + _BEFORE[1:] + rb"(?P<word>[XYZ]" + signs.WHOLE + rb")",
     message="this length has no decimal point, and others end in one: it is read as it stands; controls that count least increments take it in thousandths",
     within=signs.WHOLE_WORD,
 )
 _ONE_OF_MILLS = replace(
     _ONE_WITHOUT_POINT,
-    sign=rb"^(?=(?P<hole>[^(;\n]*G(?:68|7[346]|8[1-9])(?![\d.]))?)(?=(?P<arc>[^(;\n]*G0?[23](?![\d.]))?)"
+    sign=_NO_DWELL
+    + rb"(?=(?P<hole>[^(;\n]*G(?:68|7[346]|8[1-9])(?![\d.]))?)(?=(?P<arc>[^(;\n]*G0?[23](?![\d.]))?)"
     + _BEFORE[1:]
     + rb"(?P<word>[XYZ]%(whole)b|(?(hole)(?:(?<!,)R%(whole)b|Q(?=[ \t]*\d{1,2}(?!\d))%(whole)b)|(?!))|(?(arc)[IJKR]%(whole)b|(?!)))"
     % {b"whole": signs.WHOLE},
 )
 #: Blocks that ``;`` hides, where it stands for the end of a block as in FANUC's manuals.
 _BEHIND_SEMICOLON = _Doubt(
-    rb"(?P<word>;)[ \t]*(?:" + signs.BLOCK_NUMBER + rb"[ \t]*)?[GMXYZFST][ \t]*[-+.\d#\[]",
+    rb"(?P<word>;)[ \t]*(?:" + signs.BLOCK_NUMBER + rb"[ \t]*)?(?=[GMXYZFST][ \t]*[-+.\d#\[])"
+    rb"(?:[A-Z][ \t]*(?>[-+.\d#]+|\[[^\n;(]*\])[ \t]*)+(?![^;(\r\n])",
     "what follows ; is a comment, and here it looks like a block",
     "each block stands in a line of its own",
     (b";",),

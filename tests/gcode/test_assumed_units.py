@@ -79,6 +79,19 @@ def test_numbers_without_a_zero_before_the_point_look_like_inches(run: Any) -> N
         assert [code for code, _, _ in said(run, other)] == ["units-assumed"]
 
 
+@pytest.mark.parametrize(
+    ("feeds", "code"), [((0.08, 0.05, 0.35), "units-assumed"), ((0.008, 0.005, 0.1), "units-doubtful")]
+)
+def test_feeds_a_revolution_tell_inches_from_millimetres(
+    run: Any, feeds: tuple[float, ...], code: str
+) -> None:
+    """Turning takes 0.05 to 0.5 mm a revolution, 0.002 to 0.02 inches; programs by hand leave out zeros in both, and a lead may be larger."""
+    text = (
+        "T0101\nG97 S750 M3\nG0 X6.9 Z2.\nG1 Z-.375 F{}\nX7.9 Z-.475 F{}\nZ-.675\nX9.98 F{}\nG28 U0 W0\nM30\n"
+    )
+    assert [found for found, _, _ in said(run, text.format(*feeds), dialect="fanuc-lathe")] == [code]
+
+
 @pytest.mark.parametrize(("units", "factor"), [("mm", 1.0), ("inch", INCH)])
 def test_a_unit_that_is_named_holds_until_the_program_says_another(
     run: Any, units: str, factor: float

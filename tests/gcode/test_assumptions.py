@@ -93,3 +93,11 @@ def test_turning_cycles_of_a_mills_dialect_name_that_of_lathes(run: Run, block: 
     assert len(hints) == 1
     assert f"G{code}" in hints[0]
     assert "--dialect fanuc-lathe" in hints[0]
+
+
+def test_motions_without_a_feed_are_one_fault(run: Run) -> None:
+    """A program that forgot F had an error a line; what stands behind them is read as if they were made."""
+    out = run("G21\nG1 X10\nY10\nG2 X20 Y0 R10\nX25 I3\nM30")
+    assert [(code, line) for code, line, _ in out.errors] == [("feed-missing", 2), ("arc-radius", 5)]
+    out = run("G21 G99 T0101\nG1 X10 F.1\nZ-5\nG3 X20 Z-10 R5\nM30", dialect="fanuc-lathe")
+    assert [(code, line) for code, line, _ in out.errors] == [("spindle-stopped", 2)]

@@ -108,7 +108,7 @@ def test_a_motion_without_its_corner_is_there_all_the_same(run: Any) -> None:
 
 
 def test_a_block_that_fails_leaves_no_corner_behind(run: Any) -> None:
-    out = run("G1 X10 ,C1\nG0 Y20\nX30\nM30", dialect="fanuc")
+    out = run("G93\nG1 X10 ,C1\nG0 Y20\nX30\nM30", dialect="fanuc")
     assert [code for code, _, _ in out.errors] == ["feed-missing"]
     assert reached(out).tolist() == [[0, 20], [30, 20]]
 

@@ -29,7 +29,9 @@ def said(run: Callable[..., Outcome], text: str, dialect: str = "fanuc") -> list
         ("G28 U0 W0\nM30", [(1, 5)]),
         ("G0 X1. (U5)\nG4 U1.\nG65 P1 U3.\nM30\nO1\nM99", []),
         ("G0 X10.; G1 X20. F100.\nM30;", [(1, 8)]),
-        ("G0 X10. ; the wall\n; G2 is next\nM30;", [(2, 1)]),
+        ("G0 X10. ; the wall\n; G2 is next\nG28 U0 ; G28=goto(0,0), G91=distances\nM30;", [(3, 5)]),
+        ("G0 X10. ; the wall\n;N5 G2 X[#1+2] R-#3 ; next\nM30;", [(2, 1)]),
+        ("G0 X10.\nG4 X5\nG04 X3\nM30", []),
         ("G0 X10.;\nM30;", []),
         # Haas's controls need no THEN.
         (

@@ -145,9 +145,13 @@ def test_variables_tell_the_modal_state(run: Any) -> None:
     assert found == [0, 18, 91, 20, 40, 81, 98, 54, 5, 300, 3]
 
 
-def test_the_modal_call_is_said_to_have_another_group_elsewhere(run: Any) -> None:
-    """Group 12 of Mitsubishi's controls is the coordinate system; macros written for them compare #4012 with 54 to 59."""
-    assert fanuc(run, "G56\nG0 X#4012 Y#4014\nM30") == [[67, 56, 0]]
+def test_group_12_is_read_as_the_coordinate_system_and_said_to_be_another_elsewhere(run: Any) -> None:
+    """Group 12 of Mitsubishi's controls is the coordinate system; all public macros that were found with #4012 are written for them: they
+    compare it with 54 to 59, and go back by G#33. On FANUC's it is G66 and G67."""
+    assert fanuc(run, "G56\nG0 X#4012 Y#4014\nM30") == [[56, 56, 0]]
+    assert fanuc(
+        run, "G57\n#33=#4012\nIF[#33LT54]GOTO8\nG54\nG#33\nG0 X#4014\nGOTO9\nN8 #3000=121\nN9 M30"
+    ) == [[57, 0, 0]]
     assert remarks(run, "G56\n#1=#4012\nG0 X#4012\nM30") == [("warning", "other-control")]
     assert remarks(run, "G56\n#1=#4014\nM30") == []
 

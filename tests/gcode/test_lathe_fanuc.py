@@ -66,6 +66,15 @@ def test_a_profile_of_rounded_places_goes_on_along_z() -> None:
     assert min(z for _, z, feed in path if feed) == pytest.approx(-14.009)
 
 
+def test_a_profile_of_rounded_places_rises() -> None:
+    """A corner arc of a shop's tap insert bulges 0.5 um beyond its end, X10.18: R0.1 about (X9.981, Z-7.4) ends at Z-7.41; it was refused."""
+    profile = "N1 G0 X8.05\nG1 Z-7.\nG2 X8.65 Z-7.3 R0.3\nG1 X9.98\nG3 X10.18 Z-7.41 R.1\nG1 Z-9.5\nN2 X20."
+    path = moves(f"G0 X20. Z3.\nG71 U4.5 R.5\nG71 P1 Q2 U6. W.2 F.2\n{profile}")
+    last = [(x, z) for x, z, feed in path if feed]
+    assert (10.18 / 2 + 3.0, -7.21) in [(pytest.approx(x), pytest.approx(z)) for x, z in last]
+    assert min(z for _, z in last) == pytest.approx(-9.3)
+
+
 def test_a_tool_change_leaves_the_spindle_of_a_lathe_turning() -> None:
     """M6 stops the spindle in which the tool stands, and that of a lathe holds the part."""
     path, faults, _ = outcome("G99\nG0 X50. Z5.\nT0202 M6\nG1 Z0 F0.1")

@@ -329,9 +329,9 @@ def _check_block(ip: Interpreter, block: Block, number: int) -> None:
         raise BlockError("cycle-rotary", f"{name} cannot turn an axis: {rotary.upper()}", rotary.upper())
     if state.feed_mode == 93:
         raise BlockError("cycle-feed-mode", f"{name} needs G94 or G95, and G93 is in force", name)
-    check_feed(ip, block, name)
     words = state.cycle.words if isinstance(state.cycle, Sticky) else {}
     demand(words, "r" + AXES[state.plane_axes()[2]] + ("ijk" if number == 870 else ""), name)
+    check_feed(ip, block, name)
 
 
 def demand(words: dict[str, float], needs: str, name: str) -> None:

@@ -238,7 +238,7 @@ def _cycle(ip: Interpreter, block: Block, number: int) -> None:
             make_holes(ip, block, number, sticky)
         except BlockError as error:
             turning = table(LATHE).get(("G", number))
-            if turning and turning.axes == "own" and error.code in ("cycle-words", "feed-missing"):
+            if turning and turning.axes == "own" and error.code == "cycle-words":
                 error.hint += f"; G{number // 10} of lathes is read by --dialect fanuc-lathe"
             raise
 
@@ -316,7 +316,6 @@ def _off_wall(ip: Interpreter, block: Block, number: int) -> float:
 def check_words(ip: Interpreter, block: Block, number: int, words: dict[str, float]) -> None:
     """Raise where the words of a hole are missing or wrong."""
     name = f"G{number // 10}"
-    check_feed(ip, block, name)
     needs = "r" + AXES[ip.state.plane_axes()[2]] + HOLES[number].needs
     if "i" in words or (HOLES[number].aside and "j" in words):
         needs = needs.replace("q", "")
@@ -333,6 +332,7 @@ def check_words(ip: Interpreter, block: Block, number: int, words: dict[str, flo
         text = f"{name} has no R: the hole begins where the tool stands, at {words['r']:g}, as on Haas's controls"
         _doubt(ip, text, "R is the height that the hole begins at; other controls take 0, or refuse it")
     check_cut(words, needs, name)
+    check_feed(ip, block, name)
 
 
 def _doubt(ip: Interpreter, text: str, hint: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.codes.table import IN_MACHINE, Code
 from cncgen.gcode.errors import BlockError
@@ -15,7 +16,11 @@ _FEEDS = frozenset(PLAIN_MOTIONS) - {0}
 
 
 def check_feed(ip: Interpreter, block: Block, name: str) -> None:
-    """Raise where a feed motion has no feed."""
+    """Report where a feed motion has no feed, at the first one alone: those after it lack the same word, and all are made.
+
+    Raises:
+        BlockError: A block in inverse time mode (G93) has no F, or F0.
+    """
     state = ip.state
     if state.feed_mode == 93:
         if "f" not in block.words:
@@ -23,14 +28,15 @@ def check_feed(ip: Interpreter, block: Block, name: str) -> None:
             raise BlockError("feed-missing", message, name)
         if state.feed == 0.0:
             raise BlockError("feed-zero", "F0 in inverse time mode (G93) would take for ever", "F")
-    elif state.feed == 0.0:
+        return
+    if state.feed == 0.0:
         message = f"{name} with no feed rate: F was not given or is 0"
-        raise BlockError("feed-missing", message, name, hint="add an F word")
+        ip.warn_once(BlockError("feed-missing", message, name, hint="add an F word"), Severity.ERROR)
     elif state.feed_mode == 95 and (
         state.speed == 0.0 or not (state.direction or state.driven or state.rigid or ip.options.stand_alone)
     ):
         message = f"{name} with feed per revolution (G95), but the spindle does not turn"
-        raise BlockError("spindle-stopped", message, name)
+        ip.warn_once(BlockError("spindle-stopped", message, name), Severity.ERROR)
 
 
 def inverse_rate(ip: Interpreter) -> float | None:

@@ -138,7 +138,7 @@ def _contour(
         travel, height = (way.imag, above.real) if swap else (way.real, above.imag)
         across = complex(_sign(travel), _sign(height))
         path = [segment.seen(across, swap) for segment in profile]
-        if all(segment.advances(ROUNDED) and segment.rises() for segment in path):
+        if all(segment.advances(ROUNDED) and segment.rises(ROUNDED) for segment in path):
             break
     else:
         if both and all(segment.advances(ROUNDED) for segment in path):

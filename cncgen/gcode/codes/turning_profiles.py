@@ -140,10 +140,10 @@ class Segment:
         places = [p.real for p in self.extremes()]
         return min(places) >= self.start.real - slack and max(places) <= self.end.real + slack
 
-    def rises(self) -> bool:
-        """Tell whether the segment never goes down."""
+    def rises(self, slack: float = TINY) -> bool:
+        """Tell whether the segment never goes down, but for `slack`."""
         depths = [p.imag for p in self.extremes()]
-        return min(depths) >= self.start.imag - TINY and max(depths) <= self.end.imag + TINY
+        return min(depths) >= self.start.imag - slack and max(depths) <= self.end.imag + slack
 
     def shifted(self, by: complex) -> Segment:
         """Return the segment shifted."""

@@ -62,11 +62,14 @@ def _in_frame(ip: Interpreter, name: str, idle: dict[int, float] | list[float] |
     return bool(getattr(parts, name, idle) != idle)
 
 
-def _modal_call(ip: Interpreter) -> float:
-    """Group 12, which Mitsubishi's controls count otherwise: 12 is their coordinate systems, and 14 their modal calls."""
-    message = "#4012 tells of G66 and G67, as on FANUC's controls; on Mitsubishi's it is the coordinate system, G54 to G59"
-    ip.warn_once(BlockError("other-control", message, "#", hint="#4014 is the coordinate system here"))
-    return 66.0 if ip.modal_macros else 67.0
+def _group_12(ip: Interpreter) -> float:
+    """The coordinate system, as on Mitsubishi's and Mazak's controls; FANUC's have G66 and G67 in group 12, which no macro that was found asks
+    for, and the systems in group 14."""
+    message = "#4012 is read as the coordinate system, G54 to G59, as on Mitsubishi's controls; on FANUC's it tells of G66 and G67"
+    ip.warn_once(
+        BlockError("other-control", message, "#", hint="#4014 is the coordinate system of FANUC's controls")
+    )
+    return _system(ip)
 
 
 _PATHS = {PathMode.EXACT_STOP: 61.0, PathMode.EXACT_PATH: 61.0, PathMode.CONTINUOUS: 64.0}
@@ -82,7 +85,7 @@ _MODAL: dict[int, Reader] = {
     4009: _cycle,
     4010: lambda ip: 98.0 if ip.state.retract_old else 99.0,
     4011: lambda ip: 51.0 if _in_frame(ip, "scale", [1.0] * 3) else 50.0,
-    4012: _modal_call,
+    4012: _group_12,
     4013: lambda ip: 97.0 if ip.state.constant_surface is None else 96.0,
     4014: _system,
     4015: lambda ip: _PATHS[ip.state.path_mode],
