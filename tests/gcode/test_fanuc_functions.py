@@ -386,3 +386,11 @@ def test_g68_with_a_direction_turns_space(run: Any) -> None:
     assert ("error", "axis-missing") in remarks(run, second + "M30")
     assert ("error", "plane-points") in remarks(run, "G68 X0 Y0 Z0 I0 J0 K0 R90.\nM30")
     assert ("warning", "swivel-frame") in remarks(run, first + "M30")
+
+
+def test_variables_of_haas_are_no_lengths_of_tools(run: Any) -> None:
+    """#10001 is the wear of the first length on FANUC's controls, and #10000 to #10999 are general variables of Haas's newer ones (96-8210):
+    a public program that scans by a probe keeps its spacings there, and its tool 10 became 0.3 longer."""
+    text = "G21 G90\n#10010=0.3\n#10012=10\n{}G43 H#10012\nG1 Z1 F300\nX#10010\nM30"
+    assert fanuc(run, text.format(""))[-1] == [0.3, 0, 1.3]
+    assert fanuc(run, text.format("G103 P1\n"))[-1] == [0.3, 0, 1]

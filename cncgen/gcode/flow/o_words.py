@@ -95,6 +95,13 @@ class FlowControl:
         return Subroutines(self.ip, self._sources, self._program)
 
     @cached_property
+    def of_haas(self) -> bool:
+        """Whether the text has a code that Haas's controls alone have."""
+        from cncgen.gcode.text.dialects import of_haas
+
+        return of_haas(self._sources[0])
+
+    @cached_property
     def _methods(self) -> dict[str, Method]:
         """The function that executes each keyword; most programs have no O-word, and do not import it."""
         from cncgen.gcode.flow import sub_words

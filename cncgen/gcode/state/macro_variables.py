@@ -34,8 +34,9 @@ _TIMER = 3001
 _OF_THE_CONTROL = (range(1000, 2001), range(2401, 5001))
 #: Radii of tools on some controls, and origins on others, by older numbers.
 _OLD_DATA = range(2401, 2901)
-#: General variables of Haas's newer controls: #10100 is #100 there, #10500 #500.
+#: General variables of Haas's newer controls: #10100 is #100 there, #10500 #500, and #10001 is no length of a tool.
 _OF_HAAS = (range(10100, 10200), range(10500, 11000))
+_ALL_OF_HAAS = range(10000, 11000)
 _CYCLE_CODES = 100
 
 
@@ -129,8 +130,10 @@ def _positions() -> Iterator[tuple[int, Reader]]:
 _READERS = {**_MODAL, **dict(_positions()), _TIMER: _timer}
 
 
-def _tool_datum(index: int) -> tuple[int, int, int] | None:
+def _tool_datum(ip: Interpreter, index: int) -> tuple[int, int, int] | None:
     """Return which size of which tool a variable is: (is radius, is wear, number), or None."""
+    if index in _ALL_OF_HAAS and ip.flow is not None and ip.flow.of_haas:
+        return None
     for firsts, count in ((_TOOL_DATA, _TOOLS), (_OLD_TOOL_DATA, _OLD_TOOLS)):
         for first, (radius, wear) in firsts.items():
             if first <= index < first + count:
@@ -154,7 +157,7 @@ def read(ip: Interpreter, index: int) -> float:
     reader = _READERS.get(index)
     if reader is not None:
         return reader(ip)
-    datum = _tool_datum(index)
+    datum = _tool_datum(ip, index)
     if datum is not None:
         radius, wear, number = datum
         tool = ip.tools.find(number)
@@ -184,7 +187,7 @@ def store(ip: Interpreter, index: int, value: float) -> None:
             f"#{index} is another variable than #{index - 10_000} here; on Haas's newer controls they are one"
         )
         ip.warn_once(BlockError("other-control", message, "#", hint=f"write #{index - 10_000} alone"))
-    datum = _tool_datum(index)
+    datum = _tool_datum(ip, index)
     if datum is not None:
         _set_tool(ip, *datum, value)
     elif _is_origin(index):

@@ -128,6 +128,13 @@ def choose(source: Source) -> Choice:
     return _decided(found, totals)
 
 
+def of_haas(source: Source) -> bool:
+    """Tell whether a text has a code that Haas's controls alone have."""
+    import re
+
+    return re.search(signs.OF_HAAS, _blocks(_Lines(*different(source))).text) is not None
+
+
 def _blocks(written: _Lines) -> _Lines:
     """Return the different lines of a text as bare blocks; without N words, more lines are the same."""
     text, numbers, counts = different_lines(bare(written.text), written.counts)

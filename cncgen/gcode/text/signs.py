@@ -42,6 +42,8 @@ SIGNED = rb"[-+]?(?:" + _NUMBER + rb")"
 _WITH_POINT = rb"(?!\d+(?![\d.]))(?:" + _NUMBER + rb")"
 _AT = rb"^[ \t]*(?:" + BLOCK_NUMBER + rb"[ \t]*)?"
 _W = rb"(?<![A-Z_])"
+#: Codes that Haas's controls alone have.
+OF_HAAS = rb"G154P|(?<![A-Z_])(?:M97P|G(?:103|187)[PE]|G(?:234|25[45])(?!\d))"
 #: The text before a word outside comments, which begin with ``(`` or ``;`` in all languages.
 _SAID = rb"^[^;(\n]*\b"
 #: Controls that are recognised and not read, and how a diagnostic calls their language.
@@ -271,10 +273,10 @@ BARE = (
     _sign("an output command of a macro", _all(12, _F, _T), rb"^(?:POPEN|PCLOS|[BD]PRNT)", b"POPEN", b"PCLOS", b"PRNT"),
     _sign("an alarm of a macro", _all(6, _F, _T), rb"#300[06]=", b"#300"),
     _sign("a macro call", _all(10, _F, _T), _W + rb"G6[56]P", b"P"),
-    _sign("a look-ahead code", _all(8, _F, _T), _W + rb"G0?(?:5\.1Q|5\.3P|5P(?:10000|0|1|2)$|8P)|G(?:103|187)[PE]", b"5.1Q", b"5.3P", b"5P", b"8P", b"G103", b"G187"),
+    _sign("a look-ahead code", _all(8, _F, _T), _W + rb"G0?(?:5\.1Q|5\.3P|5P(?:10000|0|1|2)$|8P)", b"5.1Q", b"5.3P", b"5P", b"8P"),
     _sign("a dwell of X", _all(8, _F, _T), _W + rb"G0?4X\.?\d", b"4X"),
     _sign("a dwell in milliseconds", _all(4, _F, _T), _W + rb"G0?4P[1-9]\d\d+$", b"4P"),
-    _sign("a code of Haas", _all(8, _F, _T), rb"G154P|(?<![A-Z_])(?:M97P|G(?:234|25[45])(?!\d))", b"G154P", b"M97P", b"G234", b"G254", b"G255"),
+    _sign("a code of Haas", _all(8, _F, _T), OF_HAAS, b"G103", b"G154P", b"G187", b"M97P", b"G234", b"G254", b"G255"),
     _sign("a circular pocket of Haas", _all(8, _F), _W + rb"G1[23](?![\d.])(?=[^\n]*I[.\d])(?=[^\n]*D\d)", b"G12", b"G13"),
     _sign("a dwell P of a drilling cycle", _all(8, _F, _T), _W + rb"G(?:73|8[135])(?![\d.])(?=[^\n]*Z)(?=[^\n]*R)[^\n]*P\d", b"G73", b"G81", b"G83", b"G85"),
     _sign("rigid tapping by M29", _all(4, _F, _T), _W + rb"M29(?!\d)", b"M29"),
