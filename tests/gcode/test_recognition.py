@@ -38,6 +38,7 @@ CERTAIN = [
     ("%\nO0010\nT0101\nG97S1200M3\nG0X32.Z5.\nG1Z-20.F.25\nU2.W-1.\nG0X100.Z100.\nM30\n%", "fanuc-lathe"),
     ("O0011\nT0303\nG0X22.Z5.\nG92X19.5Z-20.F1.5\nX19.\nX18.6\nG0X100.Z50.\nM30", "fanuc-lathe"),
     ("O5\nG0T0101\nG96S200M3\nG0X40.Z2.\nG90X36.Z-20.F.2\nX32.\nG0X80.Z80.\nM30", "fanuc-lathe"),
+    ("O60840\nT101\nG0G18G20G40G80G99\nG97S500M3\nG0G54X0Z.3\nM8\nG84Z-1.2R.2F.0833\nG80\nM30", "fanuc-lathe"),
     ("O6\nG99G97S800M3T0202\nG0X30.Z3.\nG32Z-20.F2.\nG0X40.\nM30", "fanuc-lathe"),
     # Threads of system A, which knows no G95: systems B and C would name positions by G92 and cut nothing.
     ("O11\nG21G40\nG28U0W0\nT0404\nG97S400M3\nG95\nG0X22.Z5.\nG92X19.4Z-42.F2.5\nG92X18.9Z-42.F2.5\nM30", "fanuc-lathe"),
@@ -190,6 +191,8 @@ UNREAD = [
     ("G21\n#1 = 5\nwhile [#1 > 0]\nG1 X[#1] F200\nendwhile\ngosub change\nM30\nsub change\nendsub", "Eding"),
     ("G90\nM3 S1000\nG1 Z-1 F100\nM98 P\"macro.g\"\nM5", "3D printers"),
     ("G90\nG28 X Y\nM106 S255\nG1 X10 F600\nM107\nM400\nM84", "3D printers"),
+    ("; homex.g\nM98 P0:/sys/steppers.g ; slower\nM915 X S3 F0\nG91\nG1 S1 X-250 F3500", "3D printers"),
+    ("%x = 20\n%wait\nG91 G38.2 Y[y] F[feed]\n%y1 = posy ; where\nG90 G10 L20 P1 Y[y1]", "CNCjs"),
     ('{"gc":"G0 X10"}\nG1 X10 F100\nM2', "TinyG"),
     ("%MAIN\nN20 #CONTOUR MODE ON [DEV PATH_DEV 0.01]\nN40 $IF P1 > 3\nN50 G1 X5 F1000\nN60 $ENDIF\nM30", "Beckhoff"),
     ("%@MACRO\n@1 := 5;\nG1 X10 F100;\nM30", "Syntec"),

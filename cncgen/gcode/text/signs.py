@@ -57,6 +57,7 @@ UNREAD = {
     "brother": "Brother's controls",
     "centroid": "Centroid's controls",
     "citizen": "Swiss lathes with a program for each path (Citizen, Star, Tsugami)",
+    "cncjs": "CNCjs's macros",
     "dynapath": "Dynapath's Delta controls",
     "eding": "Eding CNC (USBCNC)",
     "emco": "EMCO's Compact 5 and TM02",
@@ -92,6 +93,7 @@ def _of(control: str, weight: float, reason: str, pattern: bytes, *texts: bytes)
 _ELSEWHERE = (
     _of("accutex", 20, "a condition of discharge", rb"^[ \t]*E\d{3}[ \t]*=[ \t]*\d+[ \t]+\d", b"="),
     _of("acramatic", 20, "a block that begins with :", rb"^:[ \t]*(?:" + BLOCK_NUMBER + rb"|\d+)?[ \t]*[GTMXYZ][ \t]*\d", b":"),
+    _of("cncjs", 20, "a line of CNCjs", rb"^[ \t]*%(?:WAIT\b|[A-Z_]\w*[ \t]*=[^=])", b"%WAIT", b"%"),
     _of("acramatic", 15, "the name of a program of Acramatic", rb"^\(ID,[ \t]*PROG", b"(ID,"),
     _of("anilam", 20, "a line of Anilam", rb"^[ \t]*(?:(?:RAPID|LINE|ARC)[ \t]+(?:CC?W[ \t]+)?[XYZ][ \t]*[-+.\d]|DIM[ \t]+(?:ABS|INCR)|TOOL#)", b"RAPID", b"LINE", b"ARC", b"DIM", b"TOOL#"),
     _of("apt", 20, "a statement of APT", rb"^[ \t]*(?:PARTNO|GOTO|GODLTA|LOADTL|FEDRAT|SPINDL|UNITS|MULTAX)[ \t]*/", b"/"),
@@ -121,7 +123,7 @@ _ELSEWHERE = (
     _of("printer", 20, "the head of a file of a slicer", rb"^;[ \t]*(?:FLAVOR:|LAYER:|LAYER_CHANGE|GENERATED (?:WITH CURA|BY (?:PRUSA|SUPER)?SLIC3?E?R))", b";"),
     _of("printer", 20, "the head of a file for Marlin", rb"^;[ \t]*MARLIN DEVICE PROFILE", b"MARLIN"),
     _of("printer", 20, "a command of Klipper", rb"^[ \t]*(?:SET_VELOCITY_LIMIT|SET_PRESSURE_ADVANCE|EXCLUDE_OBJECT_\w+|BED_MESH_\w+)\b", b"_"),
-    _of("printer", 15, "a word of RepRapFirmware", rb"^[ \t]*(?:M98[ \t]*P\"|(?:VAR|SET|GLOBAL|ECHO)[ \t]+\S[^\n]*[={]|IF[ \t][^\n]*\b(?:MOVE|STATE|SENSORS|GLOBAL|VAR)\.)", b'P"', b"VAR", b"SET", b"GLOBAL", b"ECHO", b"IF"),
+    _of("printer", 15, "a word of RepRapFirmware", rb"^[ \t]*(?:M98[ \t]*P(?:\"|\d:/)|(?:VAR|SET|GLOBAL|ECHO)[ \t]+\S[^\n]*[={]|IF[ \t][^\n]*\b(?:MOVE|STATE|SENSORS|GLOBAL|VAR)\.)", b'P"', b":/", b"VAR", b"SET", b"GLOBAL", b"ECHO", b"IF"),
     _of("roland", 20, "a command of RML-1", rb"^!(?:MC|VZ|ZM|PZ|RC)", b"!"),
     _of("shopbot", 20, "a command of ShopBot", rb"^[ \t]*(?:[MJ][2-6XYZAB]|[MJ]S|VS|SO|CN|CG),[ \t]*[-.\d(&]", b","),
     _of("sodick", 20, "a condition of discharge", rb"^[ \t]*C\d{3}[ \t]*=[ \t]*[-+\d]\d{3}", b"="),
@@ -301,7 +303,8 @@ BARE = (
     # Modes there are in systems B and C of lathes too, which this says nothing of; in A they are passes.
     _sign("a mode G90 or G91 beside G0 or G1", {_T: -6, _B: -0.1, _C: -0.1},
           rb"(?<![A-Z_])(?:G9[01](?:G\d{1,3}){0,6}G0?[01]|G0?[01](?:G\d{1,3}){0,6}G9[01])(?![\d.])", b"G90", b"G91"),
-    _sign("a cycle of mills", {_T: -4}, _W + rb"G8[1-9](?![\d.])[^\n]*[XYZ]" + _V, b"G8"),
+    # Lathes drill and tap along Z alone.
+    _sign("a cycle of mills", {_T: -4}, _W + rb"G8[1-9](?![\d.])[^\n]*[XY]" + _V, b"G8"),
     _sign("a tool change M6", {_T: -4}, _W + rb"M0?6(?!\d)", b"M6", b"M06"),
     # Of FANUC's lathes, systems B and C.
     _sign("a turning pass by G77 or G79", {_B: 12}, rb"^G7[79][XU]" + _V + rb"[^GY\n]*[ZW]" + _V + rb"[^GYPQ\n]*$", b"G7"),
