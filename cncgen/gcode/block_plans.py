@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from functools import cache, partial
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, PROGRAM, Block
 from cncgen.gcode.codes.table import (
     ALONE,
@@ -82,7 +81,7 @@ def _first_traverse(ip: Interpreter, block: Block) -> None:
         f"{letter.upper()} stands before the first motion code: it is taken as a traverse, as grbl has it"
     )
     hint = "write G0, without which LinuxCNC refuses the block"
-    ip.warn_once(BlockError("other-control", message, letter.upper(), hint=hint))
+    ip.warn_once("other-control", message, letter.upper(), hint)
     ip.codes["G", 0].run(ip, block)
 
 
@@ -250,7 +249,7 @@ def _not_kept(cycle: Code, letters: str) -> Code:
     hint = "write it in a block with X Y Z or R; some controls keep it all the same"
 
     def remark(ip: Interpreter, block: Block) -> None:
-        ip.warn(BlockError("cycle-words", message, names[0], hint=hint), Severity.WARNING)
+        ip.warn("cycle-words", message, names[0], hint)
 
     return Code("G", cycle.number, "motion", Stage.MOTION, remark, "", letters)
 
@@ -286,8 +285,7 @@ def _last_of_groups(codes: list[Code]) -> tuple[list[Code], list[Handler]]:
 def _remark_on_conflict(ip: Interpreter, block: Block, code: Code, last: Code) -> None:
     """Return the warning that a later code of its group replaces a code."""
     message = f"{code.name} and {last.name} are of one modal group ({code.group}): the last one counts"
-    hint = "leave the other one out"
-    ip.warn(BlockError("modal-conflict", message, code.name, hint=hint), Severity.WARNING)
+    ip.warn("modal-conflict", message, code.name, "leave the other one out")
 
 
 def _check_groups(codes: list[Code]) -> None:

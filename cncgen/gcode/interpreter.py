@@ -54,7 +54,7 @@ class Interpreter:
         base: The sink of the run.
         options: How the program is read.
         budget: Counts the blocks and the work of the run.
-        warn: Takes a remark on the block that is executed: a `BlockError` and its severity.
+        remark: Takes a remark on the block that is executed: a `BlockError` and its severity.
         dialect: The control whose words, jumps and arithmetic are read: ``linuxcnc``, ``fanuc`` or ``heidenhain``.
         lathe: Whether X and Z are those of a lathe of FANUC: X a diameter, U and W distances.
         codes: The codes of the dialect.
@@ -90,7 +90,7 @@ class Interpreter:
         self,
         sink: Sink,
         options: ReadOptions,
-        warn: Callable[[BlockError, Severity], None],
+        remark: Callable[[BlockError, Severity], None],
         dialect: str = "linuxcnc",
         *,
         plain: bool = False,
@@ -101,7 +101,7 @@ class Interpreter:
         self.budget = sink.budget = Budget(options.max_steps)
         self.modal_macros: list[tuple[int, int, list[float]]] = []
         self.macro_values: list[float] | None = None
-        self.warn = warn
+        self.remark = remark
         self.dialect = language_of(dialect)
         self.lathe = dialect in LATHES
         self.system = dialect
@@ -171,12 +171,29 @@ class Interpreter:
         sink.call("SET_FEED_REFERENCE(CANON_XYZ)")
         sink.call("ON_RESET()")
 
-    def warn_once(self, fault: BlockError, severity: Severity = Severity.WARNING) -> None:
-        """Report a remark, once in a run for its code and hint."""
-        key = (fault.code, fault.hint)
-        if key not in self._said:
-            self._said.add(key)
-            self.warn(fault, severity)
+    def warn(self, code: str, message: str, word: str = "", hint: str = "") -> None:
+        """Warn of a word of the block that is executed."""
+        self.remark(BlockError(code, message, word, hint=hint), Severity.WARNING)
+
+    def note(self, code: str, message: str, word: str = "", hint: str = "") -> None:
+        """Add a note on such a word."""
+        self.remark(BlockError(code, message, word, hint=hint), Severity.NOTE)
+
+    def warn_once(self, code: str, message: str, word: str = "", hint: str = "") -> None:
+        """Warn, once in a run for the code and hint."""
+        if self._is_new(code, hint):
+            self.warn(code, message, word, hint)
+
+    def note_once(self, code: str, message: str, word: str = "", hint: str = "") -> None:
+        """Add a note, once in a run for the code and hint."""
+        if self._is_new(code, hint):
+            self.note(code, message, word, hint)
+
+    def _is_new(self, code: str, hint: str) -> bool:
+        """Tell whether no remark of that code and hint was made once in the run, and count this one."""
+        before = len(self._said)
+        self._said.add((code, hint))
+        return len(self._said) > before
 
     def execute(self, block: Block) -> None:
         """Execute a block in the modal motion in force.
@@ -274,7 +291,7 @@ class Interpreter:
             if self.dialect != "fanuc":
                 raise BlockError("g53-motion", message, "G53", hint="use G90")
             hint = "the control passes the block over, and Mitsubishi's move by its distances (M700V, 14.4); use G90"
-            self.warn(BlockError("g53-motion", message, "G53", hint=hint), Severity.WARNING)
+            self.warn("g53-motion", message, "G53", hint)
             return state.position.copy()
         machine = self.machine_position()
         for letter in block.words:
@@ -314,7 +331,7 @@ class Interpreter:
         radius = max(min(_CUTTING_MM / (INCH if self.state.inches else 1.0), 0.8 * half), least)
         message = f"{name} is worked out for a tool {2.0 * radius:g} wide: no tool table gives its diameter"
         hint = "--tool-table gives it; the loops that clear depend on it"
-        self.warn_once(BlockError("tool-assumed", message, hint=hint))
+        self.warn_once("tool-assumed", message, hint=hint)
         return radius
 
     def increment(self) -> float:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import partial
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes.corners import taps
 from cncgen.gcode.codes.table import LATHE, Code
@@ -40,8 +39,7 @@ def look_ahead(ip: Interpreter, block: Block) -> None:
 def forbid(ip: Interpreter, block: Block) -> None:
     """G22: a zone that the tool must not enter, which is not checked here."""
     hint = "travel_mm of the machine file is checked"
-    message = "the zone of G22 is not checked"
-    ip.warn_once(BlockError("zone-not-checked", message, "G22", hint=hint), Severity.NOTE)
+    ip.note_once("zone-not-checked", "the zone of G22 is not checked", "G22", hint)
 
 
 def cancelled(ip: Interpreter, block: Block) -> None:
@@ -74,15 +72,13 @@ def _sizes_of_x(ip: Interpreter, block: Block, diameters: int) -> None:
 def of_mazatrol(ip: Interpreter, block: Block) -> None:
     """G53.5 of Mazak: places count from the origin of the MAZATROL program, which the control alone knows."""
     message = "G53.5 counts from the origin of MAZATROL, which is not known here: the origin in force stays"
-    hint = "G54 and --parameters say where the part is"
-    ip.warn_once(BlockError("builders-point", message, "G53.5", hint=hint), Severity.WARNING)
+    ip.warn_once("builders-point", message, "G53.5", "G54 and --parameters say where the part is")
 
 
 def _in_position(ip: Interpreter, block: Block, name: str) -> None:
     """,I and ,J of Mitsubishi: how near the axes must be to their place before the next motion begins, which setpoints do not tell."""
     message = f"{name}{block.words[name.lower()]:g} is a width within which the axes count as in position (Mitsubishi): it changes nothing here"
-    hint = "G61 and G9 stop exactly"
-    ip.warn_once(BlockError("other-control", message, name, hint=hint), Severity.NOTE)
+    ip.note_once("other-control", message, name, "G61 and G9 stop exactly")
 
 
 def _way_out(ip: Interpreter, block: Block) -> None:
@@ -98,9 +94,7 @@ def _way_out(ip: Interpreter, block: Block) -> None:
     message = (
         f"{name} is the speed at which a tap comes out (Mitsubishi): it comes out as fast as it goes in here"
     )
-    ip.warn_once(
-        BlockError("cycle-words", message, ",S", hint="the way out takes longer than on the machine")
-    )
+    ip.warn_once("cycle-words", message, ",S", "the way out takes longer than on the machine")
 
 
 def corner_arc(ip: Interpreter, block: Block) -> None:
@@ -117,22 +111,20 @@ def corner_arc(ip: Interpreter, block: Block) -> None:
     if given:
         message = f"{given.upper()} of G39 is a direction that is passed over: the arc ends where the next motion begins"
         hint = "nothing differs where that is the direction of the next motion"
-        ip.warn_once(BlockError("other-control", message, given.upper(), hint=hint))
+        ip.warn_once("other-control", message, given.upper(), hint)
 
 
 def bar_feed(ip: Interpreter, block: Block) -> None:
     """G105 of Haas's lathes: the bar feeder pushes the bar, by motions of its own program."""
     message = "G105 feeds the bar by motions of the control's own program: they are not planned, and their time is not counted"
-    ip.warn_once(
-        BlockError("builders-code", message, "G105", hint="the tool stays where it is"), Severity.WARNING
-    )
+    ip.warn_once("builders-code", message, "G105", "the tool stays where it is")
     ip.sink.call("", Event("user", values={"g": 105}))
 
 
 def in_step(ip: Interpreter, block: Block, code: int) -> None:
     """G199 and G198 of Haas's lathes: the second spindle turns in step with the first one, R degrees ahead; the slides do not move."""
     message = f"G{code} is for the second spindle of two in step: one spindle is planned for"
-    ip.warn_once(BlockError("spindle-number", message, f"G{code}", hint="it moves no axis"), Severity.NOTE)
+    ip.note_once("spindle-number", message, f"G{code}", "it moves no axis")
     ip.sink.call("", Event("user", values={"g": code}))
 
 

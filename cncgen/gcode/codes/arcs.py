@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from functools import partial
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.budget import LINE
 from cncgen.gcode.codes.lines import check_feed, feed, has_axis
@@ -70,7 +69,8 @@ def _arc(ip: Interpreter, block: Block, clockwise: bool) -> None:
         if ip.dialect == "fanuc" and has_axis(block):
             # As FANUC's controls do (parameter CIR, 3403#5 = 0, B-64310EN).
             hint = f"write G1 for a line; controls with CIR (3403#5) = 1, and Haas's, refuse {name} without I J K and R"
-            _line(ip, block, BlockError("arc-centre", f"{message}: it is a straight line", name, hint=hint))
+            ip.warn_once("arc-centre", f"{message}: it is a straight line", name, hint)
+            _line(ip, block)
             return
         hint = "I J K lead from the start to the centre; R does not make full circles"
         raise BlockError("arc-centre", message, name, hint=hint)
@@ -81,8 +81,7 @@ def _arc(ip: Interpreter, block: Block, clockwise: bool) -> None:
     end = ip.end_point(block)
     if "r" in words and ip.dialect == "fanuc" and end == state.position and has_axis(block):
         message = f"{name} with R ends where it starts: an arc of no degrees, which moves nothing"
-        hint = "a full circle has its centre (I J K)"
-        ip.warn(BlockError("arc-end", message, "R", hint=hint), Severity.WARNING)
+        ip.warn("arc-end", message, "R", "a full circle has its centre (I J K)")
         return
     if "r" in words:
         x, y = _centre_by_radius(ip, block, end, clockwise, name)
@@ -93,7 +92,8 @@ def _arc(ip: Interpreter, block: Block, clockwise: bool) -> None:
             unit = "inch" if state.inches else "mm"
             message = f"{name} of radius {max(at_start, at_end):.2g} {unit} is less than a control resolves: it is a straight line"
             hint = "let the CAM system write lines for arcs so small; LinuxCNC refuses them"
-            _line(ip, block, BlockError("arc-zero-radius", message, name, hint=hint))
+            ip.warn_once("arc-zero-radius", message, name, hint)
+            _line(ip, block)
             return
         word = next(letter.upper() for letter in _OFFSETS if letter in words)
         check_radii(at_start, at_end, state.inches, word)
@@ -112,17 +112,16 @@ def _repeat(ip: Interpreter, block: Block, clockwise: bool, name: str) -> None:
     message = f"L{count} of {name} in G91 makes its arc {count} times, as on Haas's mills"
     hint = f"on FANUC's controls with spiral interpolation it is one arc of {count} turns; G90 with L is beyond doubt"
     if count > 1:
-        ip.warn_once(BlockError("other-control", message, "L", hint=hint))
+        ip.warn_once("other-control", message, "L", hint)
     once = block.without("l")
     for _ in range(count):
         ip.budget.count(1, LINE)
         _arc(ip, once, clockwise)
 
 
-def _line(ip: Interpreter, block: Block, warning: BlockError) -> None:
-    """Move straight in place of an arc, with a warning that says why."""
+def _line(ip: Interpreter, block: Block) -> None:
+    """Move straight in place of an arc."""
     motion = ip.state.motion
-    ip.warn_once(warning)
     feed(ip, block)
     ip.state.motion = motion
 
@@ -145,7 +144,7 @@ def _radius_counts(ip: Interpreter, name: str) -> None:
     message = f"{name} has both a centre (I J K) and a radius (R)"
     if ip.dialect != "fanuc":
         raise BlockError("arc-centre", message, "R")
-    ip.warn_once(BlockError("arc-centre", f"{message}: R counts", "R", hint="write one of them"))
+    ip.warn_once("arc-centre", f"{message}: R counts", "R", "write one of them")
 
 
 def _length(ip: Interpreter, end: list[float], centre: tuple[float, float], turns: int) -> float:

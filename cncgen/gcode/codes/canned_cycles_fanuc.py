@@ -13,7 +13,6 @@ import math
 from collections.abc import Container
 from functools import partial
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.canned_cycles import (
     CYCLES,
@@ -133,9 +132,7 @@ def _doubt_pitch(hole: Hole) -> None:
         message = f"F{state.feed:g} of a tap at S{state.speed:g} is a pitch of {pitch:.3g} mm"
         hint = "under G94, F is the pitch by S; G95 takes F as the pitch"
         hole.ip.warn_once(
-            BlockError(
-                "tap-pitch", message, "F" if "f" in hole.block.words else f"G{state.motion // 10}", hint=hint
-            )
+            "tap-pitch", message, "F" if "f" in hole.block.words else f"G{state.motion // 10}", hint
         )
 
 
@@ -177,7 +174,7 @@ def _shift(hole: Hole) -> tuple[dict[int, float], dict[int, float]]:
         return {k: v + hole.unscaled(words.get(letter, 0.0), k) for (k, v), letter in pairs}, within
     message = f"the tool is taken to leave the wall along {AXES[first].upper()}+; the control has the direction in a parameter"
     hint = "it is parameter 5148 of FANUC, 5101 of its older controls, setting 27 of Haas"
-    ip.warn_once(BlockError("cycle-shift", message, "Q", hint=hint), Severity.NOTE)
+    ip.note_once("cycle-shift", message, "Q", hint)
     return {first: middle + hole.unscaled(words["q"], first)}, {first: middle}
 
 
@@ -298,7 +295,7 @@ def _step(ip: Interpreter, block: Block, depth: float) -> float:
     if value <= depth or step > depth or has_point(ip, block, "q") is not False:
         return value
     message = f"Q{value:g}, deeper than the hole, is read as {step:g} (least increments)"
-    ip.warn_once(BlockError("cycle-peck", message, "Q", hint="a length has a decimal point: Q2.0"))
+    ip.warn_once("cycle-peck", message, "Q", "a length has a decimal point: Q2.0")
     return step
 
 
@@ -309,7 +306,7 @@ def _off_wall(ip: Interpreter, block: Block, number: int) -> float:
     if value * (25.4 if ip.state.inches else 1.0) < _FAR or has_point(ip, block, "q") is not False:
         return value
     message = f"Q{value:g} of G{number // 10}, too far to step off the wall of a bore, is read as {length:g} (least increments)"
-    ip.warn_once(BlockError("cycle-shift", message, "Q", hint="a length has a decimal point: Q0.5"))
+    ip.warn_once("cycle-shift", message, "Q", "a length has a decimal point: Q0.5")
     return length
 
 
@@ -336,7 +333,7 @@ def check_words(ip: Interpreter, block: Block, number: int, words: dict[str, flo
 
 
 def _doubt(ip: Interpreter, text: str, hint: str) -> None:
-    ip.warn_once(BlockError("cycle-words", text, f"G{ip.state.motion // 10}", hint=hint))
+    ip.warn_once("cycle-words", text, f"G{ip.state.motion // 10}", hint)
 
 
 def make_holes(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> None:

@@ -43,8 +43,7 @@ def comment(ip: Interpreter, block: Block, text: str) -> None:
             start(ip, match.group(2))
         if text.count("(") > text.count(")"):
             message = "a comment ends at its first ), whatever ( stands within it: what follows is read"
-            hint = "close each ( of a comment, or leave it out"
-            ip.warn_once(BlockError("other-control", message, "(", hint=hint))
+            ip.warn_once("other-control", message, "(", "close each ( of a comment, or leave it out")
         if text:
             ip.sink.call(f'COMMENT("{text.lstrip()}")')
 

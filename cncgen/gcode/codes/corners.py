@@ -250,10 +250,10 @@ class _Corner:
     def _tell_fault(self, ip: Interpreter, error: BlockError) -> None:
         """Report why there is no corner: on SINUMERIK it is left out, and of RNDM this is the rule."""
         if not self.bends:
-            ip.warn(error, Severity.ERROR)
+            ip.remark(error, Severity.ERROR)
         elif self.name != ",M":
             message = f"{error.message}: the corner is left out, as the control does"
-            ip.warn(BlockError(error.code, message, error.word, hint=error.hint), Severity.WARNING)
+            ip.warn(error.code, message, error.word, error.hint)
 
     def _smaller(
         self, ip: Interpreter, motion: _Motion, following: _Motion, error: BlockError
@@ -269,8 +269,7 @@ class _Corner:
         self.size = wanted
         if found is not None:
             message = f"{error.message}; it is made smaller, {low:.4g}, as the control does"
-            hint = "the control does not say how much smaller"
-            ip.warn(BlockError(error.code, message, error.word, hint=hint), Severity.WARNING)
+            ip.warn(error.code, message, error.word, "the control does not say how much smaller")
             return found
         raise error
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import partial
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.table import COMPENSATION, INTERRUPTS, STRICT_COMPENSATION, TOOL_POINT, Code
 from cncgen.gcode.codes.tools import known, of_the_spindle, tell_unknown, whole
@@ -68,7 +67,7 @@ def _turn_on(ip: Interpreter, block: Block, left: bool, dynamic: bool) -> None:
         state.position,
         state.inches,
         ip.codes,
-        ip.warn,
+        ip.remark,
         tool_offset=list(state.tool_offset),
         lenient=ip.dialect not in _STRICT,
         on_roll=partial(_tell_roll, ip) if ip.dialect == "fanuc" else None,
@@ -85,13 +84,13 @@ def _tell_roll(ip: Interpreter) -> None:
     """Say once that outside corners are rolled around, which a parameter of FANUC's controls decides (CCC, 19607#2)."""
     message = "the tool rolls around outside corners in arcs; with parameter CCC (19607#2) = 0, the control joins straight lines"
     hint = "the part is the same; arcs R in the program's corners leave no choice"
-    ip.warn_once(BlockError("comp-corners", message, hint=hint), Severity.NOTE)
+    ip.note_once("comp-corners", message, hint=hint)
 
 
 def _tell_arc(ip: Interpreter) -> None:
     """Warn of an entry on an arc, which FANUC's controls refuse; Heidenhain's APPR CT is one."""
     message = "cutter compensation begins on an arc, which FANUC's controls refuse (alarm 34)"
-    ip.warn(BlockError("comp-entry", message, hint="enter on a G0 or G1"), Severity.WARNING)
+    ip.warn("comp-entry", message, hint="enter on a G0 or G1")
 
 
 def _sink_of(ip: Interpreter) -> CompensatedSink | None:
@@ -153,7 +152,7 @@ def radius_number_in_force(ip: Interpreter, block: Block, name: str) -> int:
     if number is None and "h" in block.words and ip.dialect == "fanuc" and not {430, 440} & set(block.g):
         number = whole(block, "h", name)
         message = f"H{number} of {name} is read as the number of the radius, as controls without D have it"
-        ip.warn_once(BlockError("radius-by-h", message, "H", hint="write D for the radius"), Severity.NOTE)
+        ip.note_once("radius-by-h", message, "H", "write D for the radius")
     if ip.dialect != "fanuc":
         return number or ip.state.tool
     if number is not None:
@@ -214,8 +213,7 @@ def interrupt(ip: Interpreter, block: Block, name: str, what: str) -> None:
     message = (
         f"{name} {what}, and G{side} is on: it is cancelled for that, and begins again with the next move"
     )
-    hint = "write G40 before, and G41 or G42 where it begins again"
-    ip.warn_once(BlockError("comp-interrupted", message, name, hint=hint))
+    ip.warn_once("comp-interrupted", message, name, "write G40 before, and G41 or G42 where it begins again")
     ip.guard = partial(_begin_again, 410 if left else 420)
 
 
@@ -246,7 +244,7 @@ def _leave_straight(beside: float, ip: Interpreter, block: Block) -> None:
     move = f"this move along {normal.upper()}, the first one behind the compensation,"
     message = f"{move} takes the tool back onto the programmed path too, by {beside:.4g} {unit}"
     hint = f"G40 beside {first.upper()} or {second.upper()} leaves no choice: controls differ in whether the offset ends in a move along {normal.upper()}"
-    ip.warn_once(BlockError("comp-exit", message, normal.upper(), hint=hint))
+    ip.warn_once("comp-exit", message, normal.upper(), hint)
 
 
 def _check_leaving(ip: Interpreter, block: Block) -> bool:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block, evaluate, gather
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.text.labels import Cursor
@@ -74,8 +73,7 @@ def _check_both(ip: Interpreter, block: Block, words: dict[str, float], angle: f
     if abs(beside) > _BESIDE:
         message = f"A{angle:g} leads {abs(beside):.3f} beside the end X{2.0 * words['x']:g} Z{words['z']:g}: the end counts"
         ip.base.block = block
-        hint = "leave A or one of X and Z out"
-        ip.warn(BlockError("drawing-angle", message, "A", hint=hint), Severity.WARNING)
+        ip.warn("drawing-angle", message, "A", "leave A or one of X and Z out")
 
 
 def _meeting(

@@ -25,8 +25,7 @@ def dwell(ip: Interpreter, block: Block) -> None:
         seconds = block.words["s"]
         taken = f"S{seconds:g} of G4 is taken as {seconds:g} s"
         message = f"{taken}, as Marlin has it; LinuxCNC refuses G4 without P"
-        hint = "P is seconds here, and milliseconds with Marlin"
-        ip.warn_once(BlockError("other-control", message, "S", hint=hint))
+        ip.warn_once("other-control", message, "S", "P is seconds here, and milliseconds with Marlin")
     if seconds is None:
         of_marlin = "S counts seconds with Marlin alone: P3 is 3 s"
         hint = of_marlin if "s" in block.words else "give it as P, in seconds"
@@ -48,7 +47,7 @@ def dwell_fanuc(ip: Interpreter, block: Block) -> None:
         seconds = seconds_of(ip, block)
     if seconds is None:
         message = "G4 without a time is an exact stop, as FANUC's controls have it; others refuse it"
-        ip.warn_once(BlockError("dwell-time", message, "G4", hint="X seconds or P milliseconds"))
+        ip.warn_once("dwell-time", message, "G4", "X seconds or P milliseconds")
         seconds = 0.0
     _wait(ip, seconds, "P" if "p" in words else "X")
 
@@ -65,7 +64,7 @@ def _unhurried(ip: Interpreter, block: Block, letter: str) -> float:
     seconds, other = (number / 1000.0, number) if number >= _LONG else (number, number / 1000.0)
     message = f"{name}{number:g} of G4 without a decimal point is read as {seconds:g} s; by its parameters a control waits {other:g} s instead"
     hint = f"{name}1.5 of G4 waits one second and a half on every control"
-    ip.warn_once(BlockError("dwell-point", message, name, hint=hint))
+    ip.warn_once("dwell-point", message, name, hint)
     return seconds
 
 
@@ -89,7 +88,7 @@ def seconds_of(ip: Interpreter, block: Block) -> float:
     if number > 0.0 and (point or number < _LEAST_WAIT):
         message = f"P{number:g} {'with' if point else 'without'} a decimal point is read as {seconds:g} s"
         hint = "X0.5 and P500 of G4 wait half a second; FANUC's controls refuse P with a point, Haas's count seconds with it"
-        ip.warn_once(BlockError("dwell-point", message, "P", hint=hint))
+        ip.warn_once("dwell-point", message, "P", hint)
     return seconds
 
 

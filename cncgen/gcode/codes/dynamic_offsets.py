@@ -49,7 +49,7 @@ def follow(ip: Interpreter, block: Block) -> None:
     if ip.options.kinematics is None and any(ip.machine_position()[3:6]):
         message = "G254: the rotary table has turned, and where that carries the origin is not known"
         hint = "a machine with a table [kinematics] says it; X Y Z are read from the origin as it was"
-        ip.warn_once(BlockError("dynamic-offset", message, _NAME, hint=hint))
+        ip.warn_once("dynamic-offset", message, _NAME, hint)
 
     def sink(inner: Sink, at: Point) -> DynamicSink:
         return DynamicSink(inner, frame, at)

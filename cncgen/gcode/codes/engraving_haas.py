@@ -41,7 +41,7 @@ def engrave(ip: Interpreter, block: Block) -> None:
         "G47 engraves letters of our own: those of the control are not published, and are longer or shorter"
     )
     hint = "place, height, angle, depth and feeds are the program's"
-    ip.warn_once(BlockError("engraving-letters", message, "G47", hint=hint))
+    ip.warn_once("engraving-letters", message, "G47", hint)
     end = ip.end_point(block)
     feed, above, depth = ip.state.feed, words.get("r", ip.state.position[2]), end[2]
     cutter = FlatCutter(ip, complex(*end[:2]), cmath.rect(1.0, math.radians(words.get("i", 0.0))))

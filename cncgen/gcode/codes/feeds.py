@@ -69,7 +69,7 @@ def _doubt(ip: Interpreter, block: Block, feed: float) -> None:
         message = f"F{feed:g} is {mm:.3g} mm a minute: 100 mm take {100.0 / mm / 60.0:.1f} hours"
         hint = "a feed a revolution is of G95; --dialect fanuc-lathe reads it so without G95"
         hint, values = "a feed a revolution is of G99" if ip.lathe else hint, {"feed_mm_min": mm}
-    ip.warn(BlockError("feed-doubtful", message, "F", hint=hint, values=values), Severity.WARNING)
+    ip.remark(BlockError("feed-doubtful", message, "F", hint=hint, values=values), Severity.WARNING)
 
 
 def set_mode(ip: Interpreter, block: Block, mode: int) -> None:

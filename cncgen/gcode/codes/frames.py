@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.codes import affine, tilted_planes
 from cncgen.gcode.codes.dwell import has_point
@@ -106,7 +105,7 @@ class _FanucSink(affine.FramedSink):
             name = f"G{number / 10:g}"
             message = f"{name} within a rotation, scaling or mirror image carries its centre along; FANUC's manuals forbid it there"
             hint = f"end the frame by G69, G50 or G50.1 before {name}, and begin it again behind it"
-            ip.warn_once(BlockError("frame-origin", message, name, hint=hint))
+            ip.warn_once("frame-origin", message, name, hint)
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
         """Move."""
@@ -143,8 +142,7 @@ def _factor(ip: Interpreter, letter: str, value: float) -> float:
     if abs(value) < _THOUSANDTHS:
         return value
     message = f"{letter.upper()}{value:g} of G51 is read as thousandths: a factor of {value / 1000.0:g}"
-    hint = "factors below 100 are as written"
-    ip.warn_once(BlockError("scale-thousandths", message, letter.upper(), hint=hint), Severity.NOTE)
+    ip.note_once("scale-thousandths", message, letter.upper(), "factors below 100 are as written")
     return value / 1000.0
 
 
@@ -158,7 +156,7 @@ def _angle(ip: Interpreter, block: Block) -> float:
     ):
         return angle
     message = f"R{angle:g} of G68 is read as thousandths of a degree: {angle / 1000.0:g} degrees"
-    ip.warn_once(BlockError("scale-thousandths", message, "R", hint="an angle has a decimal point: R45."))
+    ip.warn_once("scale-thousandths", message, "R", "an angle has a decimal point: R45.")
     return angle / 1000.0
 
 
@@ -176,7 +174,7 @@ def _added_to(ip: Interpreter, block: Block, angle: float, of_mach3: bool) -> fl
     done = "added to" if adds else "taken in place of"
     message = f"R{block.words['r']:g} of G68 in G91 is {done} the {angle:g} degrees in effect"
     hint = "parameter 5400 bit 0 of FANUC and setting 73 of Haas decide it; G69 before G68 makes both alike"
-    ip.warn_once(BlockError("rotation-incremental", message, "R", hint=hint))
+    ip.warn_once("rotation-incremental", message, "R", hint)
     return angle if adds else 0.0
 
 
@@ -252,9 +250,8 @@ def rotation(ip: Interpreter, block: Block) -> None:
     """
     of_mach3, direction = bool({"a", "b"} & block.words.keys()), {"i", "j", "k"} & block.words.keys()
     if "r" not in block.words and _has_vacant_angle(ip, block):
-        message = "R of G68 has no value: the angle is taken as 0"
         hint = "what sets it was passed over, or never was; a control takes its parameter 5410, on Haas's mills setting 72"
-        ip.warn(BlockError("rotation-angle", message, "R", hint=hint), Severity.WARNING)
+        ip.warn("rotation-angle", "R of G68 has no value: the angle is taken as 0", "R", hint)
         block = replace(block, words={**block.words, "r": 0.0})
     if "r" not in block.words:
         raise BlockError("rotation-angle", "G68 has no angle R", "G68", hint="G68 X0 Y0 R30, in degrees")
@@ -278,7 +275,7 @@ def rotation(ip: Interpreter, block: Block) -> None:
     if mirrored and any(inner.to_work(centre)[axis] != centre[axis] for axis in frame.mirror):
         message = "the centre of G68 is taken as programmed in the mirror image"
         hint = "G68 before G51.1, or a centre on the mirror's axis, leaves no choice"
-        ip.warn_once(BlockError("rotation-mirrored", message, "G68", hint=hint))
+        ip.warn_once("rotation-mirrored", message, "G68", hint)
     frame.angle = (-angle if mirrored else angle) + _added_to(ip, block, frame.angle, of_mach3)
     frame.turn_centre, frame.plane = inner.to_work(centre), ip.state.plane
     _change(ip, frame)

@@ -123,8 +123,7 @@ def _steps(ip: Interpreter, words: dict[str, float]) -> tuple[float, bool]:
 def _levels(start: float, floor: float, infeed: float) -> tuple[float, ...]:
     """Return the levels from R down to the floor, Q apart; the last step is what is left."""
     if floor >= start:
-        message = f"the floor Z{floor:g} of {_NAME} lies above R{start:g}"
-        raise BlockError("cycle-level", message, "Z")
+        raise BlockError("cycle-level", f"the floor Z{floor:g} of {_NAME} lies above R{start:g}", "Z")
     check_cuts(start, floor, infeed, _NAME, "Q")
     levels, level = [], start - infeed
     while level > floor + TINY:
@@ -138,9 +137,8 @@ def pocket(ip: Interpreter, block: Block) -> None:
     state, words = ip.state, block.words
     side = state.compensation
     if state.plane != 17 or not state.absolute or side == 40:
-        message = f"{_NAME} is read in G17 and G90, with G41 or G42"
         hint = "G150 G41 D1 X1. Y1. Z-0.5 R0.1 Q0.2 J0.2 K0.01 P1000 F15."
-        raise BlockError("cycle-plane", message, _NAME, hint=hint)
+        raise BlockError("cycle-plane", f"{_NAME} is read in G17 and G90, with G41 or G42", _NAME, hint=hint)
     ip.end_compensation()
     check_feed(ip, block, _NAME)
     step, upright = _steps(ip, words)

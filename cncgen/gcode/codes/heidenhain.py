@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block, Own
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import Code
@@ -93,7 +92,7 @@ def _check_kink(ip: Interpreter, points: list[list[float]]) -> None:
     angle = math.degrees(math.atan2(math.hypot(*cross), sum(p * q for p, q in zip(a, b, strict=True))))
     if angle > KINK_DEGREES:
         message = f"the spline turns by {angle:.3f} degrees from the one before it, more than {KINK_DEGREES}"
-        ip.warn(BlockError("spline-kink", message, "SPL"), Severity.WARNING)
+        ip.warn("spline-kink", message, "SPL")
 
 
 CODES = (

@@ -81,8 +81,7 @@ def _pattern(ip: Interpreter, block: Block, number: int) -> None:
         hint = "G81 stands before it or in its block; turning cycles are of --dialect fanuc-lathe"
         if number in _MEASURES:
             hint = f"G81 stands before it or in its block; {name} of Haas, which measures with a probe, has G1 before it"
-        message = f"{name} has no cycle in force that it repeats"
-        raise BlockError("cycle-missing", message, name, hint=hint)
+        raise BlockError("cycle-missing", f"{name} has no cycle in force that it repeats", name, hint=hint)
     taken = letters + ("pq" if counts == "l" else "")
     strange = [c.upper() for c in words if c in "ijklpq" and c not in taken]
     missing = [c.upper() for c in needs if c not in words] + ["I"] * (words.get("i") == 0.0)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from functools import partial
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.lines import has_axis, need_axis
 from cncgen.gcode.codes.table import COMPENSATION, GOES_HOME, IS_CYCLE, LATHE, ROTARY_PATH, TOOL_POINT, Code
@@ -45,8 +44,7 @@ def _set(ip: Interpreter, block: Block, first: int) -> None:
     name = "G28.1" if first == HOME_28 else "G30.1"
     if has_axis(block):
         message = f"{name} stores where the machine stands, and its axis words are a move behind; Mach's {name} homes these axes"
-        hint = f"write {name} in a block of its own"
-        ip.warn_once(BlockError("other-control", message, name, hint=hint))
+        ip.warn_once("other-control", message, name, f"write {name} in a block of its own")
     ip.parameters.set_offset(first, ip.machine_position(), ip.table_scale())
 
 
@@ -63,8 +61,8 @@ def other_point(ip: Interpreter, block: Block) -> None:
     place = "that of the second" if known else "machine zero"
     message = f"the place of reference point {number:g} is not known: it is taken to be {place}"
     hint = f"#{HOME_30} and after of --parameters have that of the second; the control has it in its parameter {_OTHERS[number]}"
-    error = BlockError("reference-point", message, "P" if "p" in block.words else "G30", hint=hint)
-    ip.warn_once(error, Severity.NOTE if number == 2.0 else Severity.WARNING)
+    tell = ip.note_once if number == 2.0 else ip.warn_once
+    tell("reference-point", message, "P" if "p" in block.words else "G30", hint)
 
 
 def _named_axes(ip: Interpreter, block: Block, name: str, first: int) -> None:
@@ -74,7 +72,7 @@ def _named_axes(ip: Interpreter, block: Block, name: str, first: int) -> None:
         if name != "G28":
             need_axis(block, name, f"G91 {name} Z0 moves Z alone")
         message = "G28 without an axis word sends all axes, as on Haas's controls; FANUC's do not take it"
-        ip.warn_once(BlockError("axis-missing", message, name, hint="G91 G28 Z0 moves Z alone"))
+        ip.warn_once("axis-missing", message, name, "G91 G28 Z0 moves Z alone")
         axes = {0, 2} if ip.lathe else set(range(len(AXES)))
     ip.state.between = ip.end_point(block)
     _by_way(ip, block, axes, first)
@@ -100,8 +98,7 @@ def from_one_side(ip: Interpreter, block: Block) -> None:
     is not made.
     """
     message = "G60 goes straight to its place: the overrun of parameter 5440 is not made"
-    hint = "it takes a few millimetres more"
-    ip.warn_once(BlockError("reference-point", message, "G60", hint=hint), Severity.NOTE)
+    ip.note_once("reference-point", message, "G60", "it takes a few millimetres more")
     modal = ip.codes.row("G", ip.state.motion)
     if modal is not None and modal.refused == IS_CYCLE and has_axis(block):
         modal.run(ip, block)

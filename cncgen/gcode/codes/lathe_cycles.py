@@ -10,7 +10,6 @@ import sys
 from collections.abc import Iterator
 from functools import partial
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.table import SYNCHRONISED, Code
 from cncgen.gcode.codes.tools import whole
@@ -134,8 +133,7 @@ def _read(ip: Interpreter, block: Block) -> Thread:
     peak, first, full = (words[letter] * half for letter in "ijk")
     degression = words.get("r", 1.0)
     if degression < 1.0:
-        fault = BlockError("thread-degression", f"R{degression:g} of G76 is below 1: taken as 1", "R")
-        ip.warn(fault, Severity.WARNING)
+        ip.warn("thread-degression", f"R{degression:g} of G76 is below 1: taken as 1", "R")
     springs = whole(block, "h", "G76") if "h" in words else 0
     # The root of the count, since a power of R4741 is no number any more.
     if springs >= MAX_PASSES or full > first * (MAX_PASSES - springs) ** (1.0 / max(degression, 1.0)):

@@ -66,7 +66,7 @@ def _step(ip: Interpreter, block: Block) -> float:
     if step == value or step * (25.4 if ip.state.inches else 1.0) >= _LEAST_STEP_MM:
         return step
     message = f"Q{value:g} of G83 is read as {value:g}, not as {step:g} (least increments)"
-    ip.warn_once(BlockError("cycle-peck", message, "Q", hint="FANUC's Q5000 is 5 mm, Haas's Q5. too"))
+    ip.warn_once("cycle-peck", message, "Q", "FANUC's Q5000 is 5 mm, Haas's Q5. too")
     return value
 
 
@@ -94,7 +94,7 @@ def _retract(ip: Interpreter, sticky: Sticky, bottom: float, axis: str) -> float
         raise BlockError("cycle-depth", message, "R", hint=hint)
     if len(within) == 2 and abs(within[0] - within[1]) > _TINY:
         message = f"R{r:g} is read as the distance to {axis} {places[1]:g}; on Haas's lathes it is the place {axis}{r:g}"
-        ip.warn_once(BlockError("cycle-level", message, "R", hint="R0 with the tool at that place is both"))
+        ip.warn_once("cycle-level", message, "R", "R0 with the tool at that place is both")
     return within[-1]
 
 
@@ -102,7 +102,7 @@ def _tell_upwards(ip: Interpreter, axis: str, level: float, bottom: float) -> No
     """Warn of a hole towards greater coordinates: that of a second spindle, or of a lathe whose Z points into the part."""
     message = f"the hole leads from {axis}{level:g} up to {axis}{bottom:g}, towards greater {axis}"
     hint = "holes on a second spindle do, and on lathes whose Z points into the part"
-    ip.warn_once(BlockError("cycle-depth", message, axis, hint=hint))
+    ip.warn_once("cycle-depth", message, axis, hint)
 
 
 def _cycle(ip: Interpreter, block: Block, number: int) -> None:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from functools import partial
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.cutter_compensation import interrupt
 from cncgen.gcode.codes.dwell import has_point
@@ -131,7 +130,7 @@ def length_of(ip: Interpreter, block: Block, letter: str, name: str, least_mm: f
     length, word = _of_increments(ip, value), letter.upper()
     message = f"{word}{value:g} of {name} is read as {length:g} (least increments), not as {value:g}"
     hint = f"a length has a decimal point: {word}{length:g}{'' if length % 1.0 else '.'}"
-    ip.warn_once(BlockError("profile-step", message, word, hint=hint))
+    ip.warn_once("profile-step", message, word, hint)
     return length
 
 
@@ -140,7 +139,7 @@ def check_idle(ip: Interpreter, block: Block, name: str, used: str, hint: str) -
     idle = [letter.upper() for letter in _WORDS_OF_CYCLES if letter in block.words and letter not in used]
     if idle:
         message = f"{', '.join(idle)} of {name} change{'s' if len(idle) == 1 else ''} nothing here"
-        ip.warn(BlockError("unused-word", message, idle[0], hint=hint), Severity.WARNING)
+        ip.warn("unused-word", message, idle[0], hint)
 
 
 def depth_of(ip: Interpreter, block: Block, name: str) -> float:
@@ -242,7 +241,7 @@ def name_position(ip: Interpreter, block: Block) -> None:
         hint = (
             "FANUC's controls take S beside G50 as the largest speed of G96; write it in a block of its own"
         )
-        ip.warn_once(BlockError("other-control", message, "S", hint=hint))
+        ip.warn_once("other-control", message, "S", hint)
         set_speed(ip, block)
         block = block.without("s")
     preset_position(ip, block, "G50")
@@ -258,7 +257,7 @@ def turret(ip: Interpreter, block: Block) -> None:
     number, offset = divmod(word, 100)
     if word > _FOUR_DIGITS:
         message = f"T{word} is read as tool {number} with offset {offset}; on Okuma's lathes T010203 is nose radius 1, tool 2, offset 3"
-        ip.warn_once(BlockError("other-control", message, "T", hint="T0203 is tool 2 with offset 3 here"))
+        ip.warn_once("other-control", message, "T", "T0203 is tool 2 with offset 3 here")
     state = ip.state
     if _G40 in block.g:
         ip.end_compensation()

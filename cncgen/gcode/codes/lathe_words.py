@@ -133,5 +133,5 @@ def _is_axis(ip: Interpreter, block: Block, words: dict[str, float]) -> bool:
     else:
         message = f"C{size:g} of a line is taken as a chamfer, since the program has not moved an axis C"
         hint = "a chamfer is ,C beyond doubt; the axis C moves in a block of its own"
-    ip.warn_once(BlockError("other-control", message, "C", hint=hint))
+    ip.warn_once("other-control", message, "C", hint)
     return axis

@@ -112,7 +112,7 @@ def machine_coordinates(ip: Interpreter, block: Block) -> None:
             else ("traverses, though G1 is in force", "controls that keep G1 beside G53 feed")
         )
         hint = "write G0 G53: all controls traverse by it"
-        ip.warn_once(BlockError("other-control", f"G53 {does}; {others}", "G53", hint=hint))
+        ip.warn_once("other-control", f"G53 {does}; {others}", "G53", hint)
 
 
 CODES = (

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from functools import partial
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.table import CHANGES_PATH_MODE, CHANGES_UNITS, STRICT_COMPENSATION, Code
 from cncgen.gcode.errors import BlockError
@@ -33,8 +32,7 @@ def _units(ip: Interpreter, block: Block, inches: bool) -> None:
         message = (
             "lengths before the first G20 or G21 of the run are taken as mm, and those behind it are inches"
         )
-        hint = "write G20 before the first length, or --units inch"
-        ip.warn(BlockError("units-doubtful", message, "G20", hint=hint), Severity.WARNING)
+        ip.warn("units-doubtful", message, "G20", "write G20 before the first length, or --units inch")
     ip.units_said = True
     if state.inches != inches:
         state.inches = inches
@@ -71,12 +69,7 @@ def continuous(ip: Interpreter, block: Block) -> None:
     if wide > _WIDE_MM:
         message = f"G64 P{tolerance:g} lets the motion be {wide:g} mm off the programmed path"
         ip.warn_once(
-            BlockError(
-                "tolerance-wide",
-                message,
-                "P",
-                hint="P is a length in the unit of the program, as in G64 P0.01",
-            )
+            "tolerance-wide", message, "P", "P is a length in the unit of the program, as in G64 P0.01"
         )
     state.path_mode, state.tolerance = PathMode.CONTINUOUS, tolerance
     state.naive = tolerance if naive is None else naive

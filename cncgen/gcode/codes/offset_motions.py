@@ -67,8 +67,7 @@ def _moved(ip: Interpreter, block: Block, name: str, times: float) -> None:
     need_axis(block, name)
     motion = next((number for number in block.g if number in PLAIN_MOTIONS), ip.state.motion)
     if motion not in PLAIN_MOTIONS:
-        message = f"{name} in a canned cycle is not read"
-        raise BlockError("not-read", message, name, hint="use G80 before it")
+        raise BlockError("not-read", f"{name} in a canned cycle is not read", name, hint="use G80 before it")
     more = times * _offset(ip, block, name)
     if motion in (20, 30):
         _check_arc(ip, words, name)

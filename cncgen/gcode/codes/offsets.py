@@ -44,7 +44,7 @@ def numbered_system(ip: Interpreter, block: Block) -> None:
         message = f"G54.1 {given}: the systems that are kept are P1 (G54) to P{SYSTEM_COUNT} (G59.3)"
         raise BlockError("system-number", message, "P" if number else "G54.1", hint="write G54 to G59.3")
     message = f"G54.1 P{number} is system {number}, as on Tormach's PathPilot; P1 is G54"
-    ip.warn_once(BlockError("other-control", message, "G54.1", hint="LinuxCNC itself has G54 to G59.3"))
+    ip.warn_once("other-control", message, "G54.1", "LinuxCNC itself has G54 to G59.3")
     use_system(ip, number)
 
 

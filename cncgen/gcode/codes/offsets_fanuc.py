@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import partial
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.lines import need_axis
 from cncgen.gcode.codes.offsets import set_g92, use_system
@@ -43,7 +42,7 @@ def _of_haas(ip: Interpreter, block: Block, number: int) -> None:
         name = f"G{109 + number}"
         message = f"{name} is the coordinate system G154 P{number}, as on Haas's mills; on lathes it is polar coordinate interpolation"
         hint = "G12.1 and G13.1 are polar coordinate interpolation on mills"
-        ip.warn_once(BlockError("other-control", message, name, hint=hint))
+        ip.warn_once("other-control", message, name, hint)
     use_system(ip, SYSTEM_COUNT + number)
 
 
@@ -59,8 +58,7 @@ def first_system(ip: Interpreter, block: Block) -> None:
         use_additional(ip, block)
         return
     message = f"P{block.words['p']:g} is taken as that of {taker.name}, and G54 has none"
-    hint = "an additional system is G54.1 P, in a block before"
-    ip.warn_once(BlockError("system-number", message, "P", hint=hint))
+    ip.warn_once("system-number", message, "P", "an additional system is G54.1 P, in a block before")
     use_system(ip, 1)
 
 
@@ -87,13 +85,12 @@ def set_data(ip: Interpreter, block: Block) -> None:
         "",
     )
     if idle:
-        message = f"{idle} of G10 L{kind}, which has no use for it"
         hint = (
             "L2 and L20 have axis words, and turn nothing: G68 does"
             if kind in (2, 20)
             else "R is the value; L2 and L20 have axis words"
         )
-        raise BlockError("g10-words", message, idle, hint=hint)
+        raise BlockError("g10-words", f"{idle} of G10 L{kind}, which has no use for it", idle, hint=hint)
     if kind in (2, 20):
         first, last = (1, MORE_COUNT) if kind == 20 else (0, 6)
         if not first <= number <= last:
@@ -107,8 +104,7 @@ def set_data(ip: Interpreter, block: Block) -> None:
 def _begin_data(ip: Interpreter, kind: int) -> None:
     """Skip the blocks up to G11: they set data that this machine lacks."""
     message = f"G10 L{kind} sets {_DATA[kind]}: passed over up to G11"
-    hint = "the machine file says what cncgen knows of the machine"
-    ip.warn_once(BlockError("control-data", message, "G10", hint=hint), Severity.NOTE)
+    ip.note_once("control-data", message, "G10", "the machine file says what cncgen knows of the machine")
     ip.skipping = True
 
 
@@ -129,7 +125,7 @@ def _set_tool(ip: Interpreter, block: Block, kind: int, number: int) -> None:
     if what and value:
         message = "R of G10 L12 and L13 is taken as a radius; the control may count it as a diameter"
         hint = "setting 40 of Haas and parameter 5004 bit 2 of FANUC decide it"
-        ip.warn_once(BlockError("offset-radius", message, "R", hint=hint), Severity.NOTE)
+        ip.note_once("offset-radius", message, "R", hint)
     sums = [tool.offset[2], tool.diameter / 2.0]
     geometry, wear = sums[what] - tool.wear[what], tool.wear[what]
     if is_wear:

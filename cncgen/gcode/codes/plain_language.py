@@ -10,7 +10,6 @@ import cmath
 import math
 from collections.abc import Callable
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block, Own
 from cncgen.gcode.codes import tool_point
 from cncgen.gcode.codes.arcs import check_radii
@@ -212,8 +211,7 @@ def retract(ip: Interpreter, block: Block) -> None:
             cutter.feed(ip.state.feed)
         return
     message = "M140 MB MAX is passed over: where the travel ends is not known here"
-    hint = "M140 MB 50 retracts by 50"
-    ip.warn_once(BlockError("retract-unknown", message, "M140", hint=hint), Severity.NOTE)
+    ip.note_once("retract-unknown", message, "M140", "M140 MB 50 retracts by 50")
 
 
 def oversize(ip: Interpreter, block: Block) -> None:
@@ -232,8 +230,7 @@ def oversize(ip: Interpreter, block: Block) -> None:
     tool.diameter = diameter + 2.0 * wider / ip.table_scale()
     if tool.diameter < 0.0:
         message = f"DR{wider:+g} makes the radius of tool {number} {tool.diameter * ip.table_scale() / 2.0:g}: RL leads it to the right of a contour then, RR to the left"
-        hint = "--tool-table gives the radius to which DR adds"
-        ip.warn_once(BlockError("tool-oversize", message, "DR", hint=hint), Severity.WARNING)
+        ip.warn_once("tool-oversize", message, "DR", "--tool-table gives the radius to which DR adds")
 
 
 def tool_sizes(ip: Interpreter, block: Block) -> None:
@@ -242,7 +239,7 @@ def tool_sizes(ip: Interpreter, block: Block) -> None:
     defined = Plain.of(ip).defined
     if ip.tools.given and number in ip.tools.tools and number not in defined:
         message = f"TOOL DEF {number} gives sizes of a tool that the tool table has: the table's are taken"
-        ip.warn_once(BlockError("tool-defined", message, "TOOL", hint="leave one of them out"), Severity.NOTE)
+        ip.note_once("tool-defined", message, "TOOL", "leave one of them out")
         return
     defined.add(number)
     Plain.of(ip).sizes.pop(number, None)
@@ -278,29 +275,30 @@ TIP_MODE = 43.4
 _NAMED, _TEETH, _NORMALS = 1, 3, 4
 _REMARKS = {
     _TEETH: ("feed-teeth", "FZ is a feed of each tooth, and the tool table has no number of teeth: it is read as that of one tooth", "FZ",
-        "F or FU gives the feed without doubt", Severity.WARNING),
+        "F or FU gives the feed without doubt"),
     _NAMED: ("tool-name", "a tool that is called by its name has no length and no radius: no remark of the tool table is that name", "TOOL",
-        "a remark in --tool-table, or TOOL CALL with a number, finds it", Severity.NOTE),
+        "a remark in --tool-table, or TOOL CALL with a number, finds it"),
     _NORMALS: ("surface-normal", "NX NY NZ of LN are passed over: DL and DR of the tool do not shift the point along the normal", "LN",
-        "write the points for the tool with its oversizes", Severity.WARNING),
+        "write the points for the tool with its oversizes"),
     5: ("surface-normal", "DR2, the oversize of the corner's radius, is passed over: it counts for LN alone, whose points are not shifted",
-        "TOOL", "without LN it changes nothing", Severity.NOTE),
-    6: ("feed-function", "FUNCTION FEED DWELL is not made: the time of its pauses is not counted", "FUNCTION", "the path is not changed by it",
-        Severity.WARNING),
+        "TOOL", "without LN it changes nothing"),
+    6: ("feed-function", "FUNCTION FEED DWELL is not made: the time of its pauses is not counted", "FUNCTION", "the path is not changed by it"),
     7: ("tool-index", "an index of a tool (TOOL CALL 5.1) has a length and a radius of its own in the control's table: those of the tool are taken",
-        "TOOL", "a tool of another number has its own row in --tool-table", Severity.WARNING),
+        "TOOL", "a tool of another number has its own row in --tool-table"),
     20: ("feed-inch", "F of a program in INCH is read as inches a minute; TNCs may count it in tenths of an inch a minute", "INCH",
-         "compare a feed with what is meant", Severity.WARNING),
+         "compare a feed with what is meant"),
     40: ("probe-not-run", "TCH PROBE measures on the machine: passed over, and datums and Q parameters stay as they are", "TCH",
-         "the motions of probing take time that is not counted", Severity.WARNING),
+         "the motions of probing take time that is not counted"),
     92: ("builders-point", "M92 counts from a point of the machine's builder: taken as machine zero, as M91", "M92",
-         "M91 counts from machine zero", Severity.WARNING),
+         "M91 counts from machine zero"),
     **{number: ("contour-function", f"M{number} ({what}) is not made: the contour is offset as it stands", f"M{number}",
-                "check the corners where it stands", Severity.WARNING)
+                "check the corners where it stands")
        for number, what in ((97, "steps smaller than the tool"), (98, "open corners machined to their end"))},
     116: ("feed-function", "M116 (mm a minute of rotary axes) is not read: F is that of the tool's centre along its path", "M116",
-          "the path is not changed by it", Severity.WARNING),
+          "the path is not changed by it"),
 }  # fmt: skip
+#: Those that are notes.
+_NOTES = (_NAMED, 5)
 #: M109, M110 and M111: on which compensated arcs F is the feed along the contour.
 _CONTOUR_FEEDS = {109: "all", 110: "inside", 111: ""}
 
@@ -315,8 +313,7 @@ def remark(ip: Interpreter, block: Block) -> None:
     if kind not in _REMARKS:
         tell_builders(ip, f"M{kind}")
     elif holds.get(kind, True):
-        code, message, place, hint, severity = _REMARKS[kind]
-        ip.warn_once(BlockError(code, message, place, hint=hint), severity)
+        (ip.note_once if kind in _NOTES else ip.warn_once)(*_REMARKS[kind])
 
 
 def _own(

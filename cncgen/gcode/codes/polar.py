@@ -69,7 +69,7 @@ def plane_polar_end(ip: Interpreter, words: dict[str, float], end: list[float]) 
             letter = AXES[second].upper()
             message = f"{letter}{angle:g} is an angle in G16, and the radius is 0: the tool stays where it is"
             hint = f"{AXES[first].upper()} gives the radius; a cycle with K0 or L0 keeps its own words and no place"
-            ip.warn_once(BlockError("polar-angle", message, letter, hint=hint))
+            ip.warn_once("polar-angle", message, letter, hint)
         polar.angle = angle if state.absolute else polar.angle + angle
     end[first] = polar.centre[0] + polar.radius * math.cos(math.radians(polar.angle))
     end[second] = polar.centre[1] + polar.radius * math.sin(math.radians(polar.angle))

@@ -9,7 +9,6 @@ import math
 from array import array
 from functools import partial
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.lines import check_feed, need_axis
 from cncgen.gcode.codes.table import COMPENSATION, ROTARY_PATH, TOOL_POINT, Code
@@ -44,8 +43,7 @@ def _probe(ip: Interpreter, block: Block, tenths: int) -> None:
         raise BlockError("probe-short", f"{name} starts where it ends", name)
     # Where contact is demanded, the program goes on only after it was made; `rs274` reports a probe without contact.
     touched = tenths in _DEMANDING and not ip.options.stand_alone
-    message = f"{name} is planned to the programmed point"
-    ip.warn_once(BlockError("probe-not-run", message, name, hint=_HINT[touched]), Severity.NOTE)
+    ip.note_once("probe-not-run", f"{name} is planned to the programmed point", name, _HINT[touched])
     ip.sink.call("TURN_PROBE_ON()")
     ip.sink.straight_probe(end)
     ip.sink.call("TURN_PROBE_OFF()", Event("probe"))
@@ -59,7 +57,7 @@ def skip(ip: Interpreter, block: Block) -> None:
     need_axis(block, "G31")
     check_feed(ip, block, "G31")
     end = ip.end_point(block)
-    ip.warn_once(BlockError("probe-not-run", "G31 is planned to the programmed point", "G31"), Severity.NOTE)
+    ip.note_once("probe-not-run", "G31 is planned to the programmed point", "G31")
     ip.go(end)
     ip.parameters.numbers[PROBE : PROBE + 9] = array("d", end)
 
@@ -68,7 +66,7 @@ def tell(ip: Interpreter, name: str, what: str) -> None:
     """Say that a line which ends at a signal was planned to its place, and what the code would set."""
     message = f"{name} is planned to the place where the probe is looked for, and {what} stays as it is"
     hint = "offsets and origins that it would set are those of --tool-table and --parameters"
-    ip.warn_once(BlockError("probe-not-run", message, name, hint=hint))
+    ip.warn_once("probe-not-run", message, name, hint)
 
 
 def middle(ip: Interpreter, block: Block) -> None:
@@ -116,7 +114,7 @@ def measures(ip: Interpreter, block: Block, number: int, values: list[float]) ->
         ip.sink.block = block
         message = f"O{number} measures with a probe: passed over, and what it would set stays as it is"
         hint = "its motions take time that is not counted; offsets and parameters that it sets are those of --parameters"
-        ip.warn_once(BlockError("probe-not-run", message, "P", hint=hint))
+        ip.warn_once("probe-not-run", message, "P", hint)
     return True
 
 

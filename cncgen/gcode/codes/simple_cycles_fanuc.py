@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from functools import partial
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.lathe_fanuc import (
     ONLY,
@@ -77,8 +76,7 @@ def thread(ip: Interpreter, block: Block) -> None:
     """G92 F: to X, a thread along Z, out and back; the spindle's angle Q that it begins at is not planned."""
     if "s" in block.words and block.words.keys().isdisjoint(_WORDS + "f"):
         message = "G92 S is taken as the largest speed of the spindle, as systems B and C of lathes' G codes have it"
-        hint = "system A has G50 S; --dialect fanuc-lathe-b reads system B"
-        ip.warn(BlockError("other-control", message, "G92", hint=hint), Severity.WARNING)
+        ip.warn("other-control", message, "G92", "system A has G50 S; --dialect fanuc-lathe-b reads system B")
         preset_position(ip, block, "G92")
         return
     lead = lead_of(ip, block, "G92", _THREAD)
@@ -89,7 +87,7 @@ def thread(ip: Interpreter, block: Block) -> None:
     if not cut.chamfer:
         message = "the thread of G92 ends without a chamfer; by its parameter 5130 a control leaves it at 45 degrees before its end"
         hint = "P of G76 sets the chamfer: G76 P011060 leaves over one lead, in threads of G92 too"
-        ip.warn_once(BlockError("thread-chamfer", message, "G92", hint=hint), Severity.NOTE)
+        ip.note_once("thread-chamfer", message, "G92", hint)
     start_x, start_z = ip.state.position[X], ip.state.position[Z]
     go(ip, cut.x + cut.taper, start_z, False)
     thread_pass(ip, cut.x, cut.z, lead, 0.1 * cut.chamfer * lead, start_x)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from functools import partial
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.errors import BlockError
@@ -58,7 +57,7 @@ def _event(ip: Interpreter, rest: bool) -> Event:
         values["speed_rpm"] = turns = turns_a_minute(state)
         if rest and state.direction and state.constant_surface == _NO_LIMIT and turns > _TOO_FAST:
             message = f"a surface speed without a bound, beside X0: {turns:.0f} rev/min, and the time to get there counts"
-            ip.warn_once(BlockError("speed-unbounded", message, "M", hint=_BOUND))
+            ip.warn_once("speed-unbounded", message, "M", _BOUND)
         values["surface_ft_min" if state.inches else "surface_m_min"] = state.speed
     return Event("spindle", rest, values=values)
 
@@ -99,10 +98,9 @@ def _powered(ip: Interpreter, block: Block, direction: int) -> None:
     if _has_p(ip, block):
         if ip.options.stand_alone or ip.options.dialect == "linuxcnc":
             hint = "S is the spindle's speed; --dialect auto reads P as Snapmaker does, as power in percent"
-            message = "P stands in a block with no code that uses it"
-            raise BlockError("unused-word", message, "P", hint=hint)
+            raise BlockError("unused-word", "P stands in a block with no code that uses it", "P", hint=hint)
         message = f"P{block.words['p']:g} is read as the power of a spindle or laser in percent, as on Snapmaker: it is no speed"
-        ip.warn_once(BlockError("spindle-power", message, "P", hint="S gives the speed"), Severity.NOTE)
+        ip.note_once("spindle-power", message, "P", "S gives the speed")
     _turn(ip, block, direction)
 
 
@@ -138,7 +136,7 @@ def _selected(ip: Interpreter, block: Block, direction: int) -> None:
     """M3, M4 or M5 of FANUC, whose P names a spindle: the turning spindle is planned for."""
     if _has_p(ip, block):
         message = f"P{block.words['p']:g} names a spindle: feeds a revolution are taken with the speed of the one named last"
-        ip.warn_once(BlockError("spindle-number", message, "P", hint="one spindle is planned for"))
+        ip.warn_once("spindle-number", message, "P", "one spindle is planned for")
     _turn(ip, block, direction)
 
 

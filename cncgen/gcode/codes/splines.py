@@ -5,7 +5,6 @@ G5 and G5.1 are not modal: as in LinuxCNC's interpreter, a later block of axis w
 
 from __future__ import annotations
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.lines import check_feed, inverse_rate
 from cncgen.gcode.codes.table import COMPENSATION, Code
@@ -59,9 +58,7 @@ def cubic(ip: Interpreter, block: Block) -> None:
     if first is None:
         # Without I J the curve goes on in the direction in which the last G5 ended.
         if state.cubic is None or state.cubic[2] != state.position:
-            message = "G5 has no I and J, and no G5 comes before it: taken as 0"
-            fault = BlockError("spline-words", message, "G5")
-            ip.warn(fault, Severity.WARNING)
+            ip.warn("spline-words", "G5 has no I and J, and no G5 comes before it: taken as 0", "G5")
             first = (0.0, 0.0)
         else:
             first = (-state.cubic[0], -state.cubic[1])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import cache
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block, Jump
 from cncgen.gcode.codes.table import BOTH, Code
 from cncgen.gcode.codes.tools import whole
@@ -75,16 +74,13 @@ def _start_driven(ip: Interpreter, block: Block, name: str) -> None:
         state.driven = True
         ip.sink.set_spindle(state.speed, 1)
         message = f"{name} beside S while the spindle rests is taken to start a driven tool: feeds per revolution count on its S{state.speed:g}"
-        ip.warn_once(
-            BlockError("driven-tool", message, name, hint="M3 or M4 before it starts the spindle"),
-            Severity.NOTE,
-        )
+        ip.note_once("driven-tool", message, name, "M3 or M4 before it starts the spindle")
 
 
 def tell_builders(ip: Interpreter, name: str) -> None:
     """Say that an M code is the machine builder's."""
     message = f"{name} does not belong to the control's own codes: taken as the machine builder's, an event"
-    ip.warn_once(BlockError("builders-code", message, name, hint=f"check that {name} moves nothing"))
+    ip.warn_once("builders-code", message, name, f"check that {name} moves nothing")
 
 
 CODES = (

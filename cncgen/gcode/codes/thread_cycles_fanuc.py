@@ -55,7 +55,7 @@ def _set(ip: Interpreter, block: Block) -> None:
         if kept.passes == 0 and kept.angle in _ANGLES:
             kept.passes = 1
             message, hint = f"P{digits:06d} of G76 counts no last passes: one is made", "P01… says so"
-            ip.warn_once(BlockError("thread-words", message, "P", hint=hint))
+            ip.warn_once("thread-words", message, "P", hint)
         if not 1 <= kept.passes <= 99 or kept.angle not in _ANGLES:
             angles = ", ".join(f"{angle:02d}" for angle in _ANGLES)
             message = (

@@ -138,7 +138,7 @@ def tilt(ip: Interpreter, block: Block, name: str = "G68.2") -> None:
     if frame.matrix != affine.UNIT and ip.options.kinematics is None:
         message = f"{name} turns the coordinates; the rotary axes of the machine are not turned here"
         hint = f"{_ALIGNS[name]} turns them on a machine with a table [kinematics]; or write A B C"
-        ip.warn_once(BlockError("swivel-frame", message, name, hint=hint))
+        ip.warn_once("swivel-frame", message, name, hint)
     # A plane of no angles, as posts write it for the first side, is one that G53.1 and G69 find.
     affine.change(ip, frame, stays=True)
 
@@ -168,13 +168,11 @@ def convert(ip: Interpreter, block: Block, angle: float) -> None:
         raise BlockError("frame-compensation", message, "G68", hint="end them before")
     given = sum(letter in block.words for letter in "xyz")
     if given not in ((0, 3) if within != affine.Frame() else (3,)):
-        message = "G68 with I J K has no centre X Y Z"
-        raise BlockError("axis-missing", message, "G68", hint=hint)
+        raise BlockError("axis-missing", "G68 with I J K has no centre X Y Z", "G68", hint=hint)
     message = "I J K of G68 have no direction"
     axis = affine.unit(_vector(block, "ijk"), BlockError("plane-points", message, "G68", hint=hint))
     message = "G68 with I J K turns the coordinates; the tool's length stays along the machine's Z here, and the control turns it too"
-    hint = "a tool of length 0 moves as on the control"
-    ip.warn_once(BlockError("swivel-frame", message, "G68", hint=hint))
+    ip.warn_once("swivel-frame", message, "G68", "a tool of length 0 moves as on the control")
     affine.change(ip, within.then(affine.Frame(affine.turn_about(axis, angle), _vector(block, "xyz"))))
 
 

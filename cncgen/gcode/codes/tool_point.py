@@ -120,7 +120,7 @@ def turn_on(ip: Interpreter, block: Block, name: str = "G43.4") -> None:
             message = f"{name} needs a machine with rotary axes that is described"
             raise BlockError("tcp-machine", message, name, hint=hint)
         message = f"{name}: X Y Z are read as places of the tool's tip; no kinematics say what the slides do as rotary axes turn"
-        ip.warn_once(BlockError("tcp-machine", message, name, hint=hint))
+        ip.warn_once("tcp-machine", message, name, hint)
 
 
 def turn_on_haas(ip: Interpreter, block: Block) -> None:
@@ -136,9 +136,8 @@ def turn_on_directions(ip: Interpreter, block: Block) -> None:
     """
     given = next((letter.upper() for letter in "ijkq" if block.words.get(letter)), "")
     if given:
-        message = f"{given} in the block of G43.5 is not read"
         hint = "I J K stand in the blocks after it; as they stand, the tool goes along them without Q"
-        raise BlockError("not-read", message, given, hint=hint)
+        raise BlockError("not-read", f"{given} in the block of G43.5 is not read", given, hint=hint)
     turn_on(ip, block, "G43.5")
     ip.rewrite = _directed
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from array import array
 from functools import partial
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, AXIS_INDEX, LARGEST, NEXT_TOOL, Block, repeated
 from cncgen.gcode.codes.table import (
     CHANGES_TOOL,
@@ -57,8 +56,7 @@ def tell_unknown(ip: Interpreter, number: int, letter: str) -> None:
     if number and ip.tools.invents(number):
         ip.tools.told = True
         message = f"without a tool table, tool {number} has no length and no radius"
-        hint = "--tool-table names a table in LinuxCNC's format"
-        ip.warn(BlockError("no-tool-table", message, letter, hint=hint), Severity.NOTE)
+        ip.note("no-tool-table", message, letter, "--tool-table names a table in LinuxCNC's format")
 
 
 def load_tool_parameters(ip: Interpreter) -> None:
@@ -195,7 +193,7 @@ def of_the_spindle(ip: Interpreter, name: str, letter: str) -> int:
     if ip.state.tool and not ip.lathe:
         message = f"{name} has no {letter}, and none stood before it: the offset of tool {ip.state.tool}, which is in the spindle, is taken"
         hint = f"a control goes on with the {letter} of the program before, or with {letter}0"
-        ip.warn_once(BlockError("offset-number", message, name, hint=hint), Severity.NOTE)
+        ip.note_once("offset-number", message, name, hint)
     return ip.state.tool
 
 
@@ -226,14 +224,14 @@ def take_length(ip: Interpreter, block: Block, offset: list[float]) -> None:
     given = [letter for letter in changed if letter in block.words]
     if not given:
         message = f"the tool offset changes by {by}, and no axis moves; with parameter TOS (5006 bit 6) = 0 FANUC's controls move by it at once"
-        ip.warn_once(BlockError("length-moves", message, "", hint=hint), Severity.NOTE)
+        ip.note_once("length-moves", message, "", hint)
         return
     absolute = ip.state.absolute if {900, 910}.isdisjoint(block.g) else 900 in block.g
     motion = next((row.number for row in codes if row.axes == "motion"), ip.state.motion)
     if absolute or motion not in (0, 10):
         return
     message = f"under G91 the line goes its distance and the change of the tool offset, {by}; with parameter TOS (5006 bit 6) = 1 its distance alone"
-    ip.warn_once(BlockError("length-moves", message, "", hint=hint))
+    ip.warn_once("length-moves", message, "", hint)
     for letter in given:
         ip.state.position[AXIS_INDEX[letter]] = programmed[AXIS_INDEX[letter]]
 

@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 from functools import partial
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.lines import check_feed
 from cncgen.gcode.codes.table import COMPENSATION, Code
@@ -92,7 +91,7 @@ def _is_unit(ip: Interpreter, block: Block, name: str, unit: int) -> bool:
         return False
     lengths = "inches" if unit == 200 else "millimetres"
     message = f"{name} without words is taken as the unit of lengths, {lengths}, as Mach, Siemens and DIN 66025 have it"
-    ip.warn(BlockError("other-control", message, name, hint=f"write G{unit // 10}"), Severity.WARNING)
+    ip.warn("other-control", message, name, f"write G{unit // 10}")
     ip.codes["G", unit].run(ip, block)
     return True
 
@@ -173,8 +172,7 @@ def _rough(ip: Interpreter, block: Block, swap: bool, kind: int) -> None:
     words = block.words
     aside, step, lift = words.get("d", 0.0), words.get("i", 1.0), words.get("r", 0.5)
     if step <= 0.0 or lift <= 0.0:
-        message = f"I and R of {name} must be above 0"
-        raise BlockError("profile-step", message, "I" if step <= 0.0 else "R")
+        raise BlockError("profile-step", f"I and R of {name} must be above 0", "I" if step <= 0.0 else "R")
     job = _prepare(ip, block, name, swap)
     aside_path = moved_aside(job.profile, aside, job.left)
     path = [half for segment in aside_path for half in segment.halves()]
@@ -206,7 +204,7 @@ def _tell_full_depth(ip: Interpreter, job: TurningJob, path: list[Segment], name
     hint = f"a profile in which {axis} grows is cut from outside, one in which it falls from inside; start on that side"
     if abs(path[0].start.imag - path[-1].end.imag) < TINY:
         hint = f"of a profile in which {axis} stays the same, LinuxCNC cuts the other side alone; G1 makes a plain face"
-    ip.warn(BlockError("profile-full-depth", message, "Q", hint=hint), Severity.WARNING)
+    ip.warn("profile-full-depth", message, "Q", hint)
 
 
 @dataclass(slots=True)

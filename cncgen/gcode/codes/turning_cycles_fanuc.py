@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import pairwise
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block, Jump
 from cncgen.gcode.codes.lathe_fanuc import (
     ALLOWANCE,
@@ -153,8 +152,7 @@ def _contour(
             raise BlockError("profile-not-monotonic", message, "P", hint=hint)
     if left_out:
         message = f"the traverse at the end of the profile of {name} goes back: it is taken as the way off, and not roughed"
-        hint = "let Q name the line before it"
-        ip.warn(BlockError("profile-way-off", message, "Q", hint=hint), Severity.WARNING)
+        ip.warn("profile-way-off", message, "Q", "let Q name the line before it")
     here = Segment(start, start)
     top = here.shifted(profile[0].start - moves[0].end)
     begin, home = top.seen(across, swap).start, here.seen(across, swap).start
@@ -170,7 +168,7 @@ def _without_compensation(ip: Interpreter, name: str) -> None:
         kept.compensation = 410 if code == 41 else 420
         message = f"{name} under G{code} roughs without the radius of the tool's nose; newer controls move the passes by it"
         hint = "the allowances U and W take what is left; G70 finishes with the radius"
-        ip.warn(BlockError("comp-roughing", message, name, hint=hint), Severity.WARNING)
+        ip.warn("comp-roughing", message, name, hint)
 
 
 def _compensate_again(ip: Interpreter, block: Block) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block, Flow, Jump, Parsed, Value, evaluate, gather
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.o_words import FlowControl
@@ -107,7 +106,7 @@ class LineRunner:
         self.ip.sink.block = empty_block(here)
         message = f"nothing has set {name} when this block runs: a word that takes it alone is left out, and a formula counts it as 0"
         hint = "--parameters gives it the value that it has on the machine"
-        self.ip.warn(BlockError("variable-assumed", message, name, hint=hint), Severity.NOTE)
+        self.ip.note("variable-assumed", message, name, hint)
 
     def _stop(self, target: float, value: float, text: str | None, here: Cursor) -> None:
         """Do what a setting of #3000 or #3006 does."""

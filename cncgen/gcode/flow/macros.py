@@ -41,7 +41,7 @@ def by_m_code(ip: Interpreter, pairs: list[tuple[str, float]]) -> list[tuple[str
     """Return the words of a block as those of G65, with a remark: the parameters 6080 to 6089 of the control name such M codes."""
     name, number = (next(f"{value:g}" for letter, value in pairs if letter == wanted) for wanted in "mp")
     message = f"M{name} P{number} is read as the call of a probe's macro, G65 P{number}: the other words are its arguments"
-    ip.warn_once(BlockError("builders-code", message, f"M{name}", hint="write G65 for it"))
+    ip.warn_once("builders-code", message, f"M{name}", "write G65 for it")
     return [pair for pair in pairs if pair[0] != "m"]
 
 
@@ -86,7 +86,7 @@ def arguments(ip: Interpreter, pairs: list[tuple[str, float]]) -> tuple[int, int
             if index < last:
                 message = f"{letter.upper()} stands behind a later one of I J K: it sets #{index} here, and on some controls one of the next set"
                 hint = "I, J and K stand in the order of the alphabet (FANUC), each set by itself"
-                ip.warn_once(BlockError("other-control", message, letter.upper(), hint=hint))
+                ip.warn_once("other-control", message, letter.upper(), hint)
             last = index
         elif letter in MACRO_PARAMETERS:
             values[MACRO_PARAMETERS[letter] - 1] = value
@@ -150,9 +150,7 @@ def _file_of(ip: Interpreter, block: Block) -> str:
         message = (
             f"the folder {folder} of M98 is one of the control's: {file} is looked for beside the program"
         )
-        ip.warn_once(
-            BlockError("other-control", message, "M98", hint="--include adds a folder to the search path")
-        )
+        ip.warn_once("other-control", message, "M98", "--include adds a folder to the search path")
     return file
 
 
@@ -166,8 +164,7 @@ def _times(ip: Interpreter, block: Block, code: str) -> int:
 def tell_idle(ip: Interpreter, times: int) -> None:
     """Say that a call of no times runs nothing."""
     if times == 0:
-        message = "a call with L0 runs nothing"
-        ip.warn_once(BlockError("call-idle", message, "L", hint="without L it runs once"))
+        ip.warn_once("call-idle", "a call with L0 runs nothing", "L", "without L it runs once")
 
 
 def _has_program(ip: Interpreter, block: Block, number: int) -> bool:
@@ -230,7 +227,7 @@ def run(control: FlowControl, word: Flow, here: Cursor) -> Cursor | None:
     if word.keyword == "goto" and (loop := entered(control, here, target)) is not None:
         message = f"GOTO leads into the loop DO {loop.label:g} of line {loop.cursor.line} from outside: controls do not take that, or differ"
         hint = "lead to the line of WHILE or DO, or before it"
-        control.ip.warn_once(BlockError("other-control", message, "GOTO", hint=hint))
+        control.ip.warn_once("other-control", message, "GOTO", hint)
     stays = word.keyword == "while-do" and (not word.arguments or control.condition(word))
     if stays and parameters.untold and _waited(control, here, target, parameters.untold):
         return target

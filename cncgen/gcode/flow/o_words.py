@@ -9,7 +9,6 @@ import os
 from collections.abc import Callable
 from functools import cached_property
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block, Flow, evaluate, nearest
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow.calls import Calls
@@ -222,7 +221,7 @@ class FlowControl:
         if labels.next(here.offset, label, (end,), self.subroutines.resolved, over_borders=False) is None:
             message = f"o{shown(label)} {keyword.upper()} has no {end.upper()}: what follows is run once"
             hint = f"it must stand below, with the label o{shown(label)}, in the same subroutine"
-            self.ip.warn(BlockError("oword-unclosed", message, "O", hint=hint), Severity.WARNING)
+            self.ip.warn("oword-unclosed", message, "O", hint)
 
     def next_mark(self, here: Cursor, label: Label, keywords: tuple[str, ...], wanted: str) -> Marked:
         """Return the first later line of the subroutine with this label and one of the keywords."""

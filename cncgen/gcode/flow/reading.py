@@ -90,7 +90,7 @@ def _behind_leader(ip: Interpreter, source: Source) -> Cursor:
     ip.base.block = Block({}, line=1)
     message = f"{begin.line - 1} lines before the % that begins the program are passed over"
     hint = "a control reads from the first % on"
-    ip.warn(BlockError("text-before-start", message, column=1, hint=hint), Severity.WARNING)
+    ip.remark(BlockError("text-before-start", message, column=1, hint=hint), Severity.WARNING)
     return begin
 
 
@@ -115,7 +115,7 @@ def tell_of_rest(ip: Interpreter, source: Source, last: Block) -> None:
         ip.base.block = last
         message = f"{own} behind {end[0].decode()} has an end of its own, and nothing calls it: it is another program, which is not run"
         hint = "programs of their own belong into files of their own"
-        ip.warn(BlockError("text-behind-end", message, end[0].decode(), hint=hint), Severity.WARNING)
+        ip.warn("text-behind-end", message, end[0].decode(), hint)
         return
     rest = code.partition(b"\n%")[0].strip()
     lines = [line for line in rest.splitlines() if re.search(_MOVES, line)]
@@ -128,7 +128,7 @@ def tell_of_rest(ip: Interpreter, source: Source, last: Block) -> None:
     name = end[0].decode()
     message = f"{least}{len(lines)} blocks with motions stand behind {name}, which ends the program: they are not run"
     hint = f"remove {name} where they belong to it; programs of their own belong into files of their own"
-    ip.warn(BlockError("text-behind-end", message, name, hint=hint), Severity.WARNING)
+    ip.warn("text-behind-end", message, name, hint)
 
 
 def _uncalled(rest: bytes, before: bytes) -> str:
@@ -187,7 +187,7 @@ class Percent:
             message = f"{least}{count} lines stand behind the % that ends the program: they are not read"
             hint = "remove the % where they belong to it"
             fault = BlockError("text-behind-end", message, column=text.index("%") + 1, hint=hint)
-            self._ip.warn(fault, Severity.WARNING)
+            self._ip.remark(fault, Severity.WARNING)
 
     def _end_alone(self, text: str) -> None:
         """End a program at a % that no % began: the rest of a tape, which LinuxCNC's interpreter alone refuses."""
@@ -197,7 +197,7 @@ class Percent:
         if self._ip.options.stand_alone:
             raise fault
         if self._ip.dialect == "linuxcnc":
-            self._ip.warn(fault, Severity.WARNING)
+            self._ip.remark(fault, Severity.WARNING)
         self._ip.base.call("FINISH()")
 
     def _stands_alone(self, text: str) -> bool:

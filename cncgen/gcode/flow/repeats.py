@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 
-from cncgen.gcode.errors import BlockError
 from cncgen.gcode.text.labels import Cursor
 from cncgen.grammars.terminals import FANUC
 
@@ -43,13 +42,12 @@ def repeats_for_ever(control: FlowControl, here: Cursor, target: Cursor) -> bool
 
 def end_main(control: FlowControl, here: Cursor, target: Cursor, word: str) -> None:
     """End the main program at a jump that repeats it, with a note."""
-    from cncgen.diagnostics import Severity
     from cncgen.gcode.text.lanes import empty_block
 
     control.flush()
     control.ip.base.block = empty_block(here)
     message = f"{word} leads back to line {target.line} without end, as nothing between leads elsewhere; one pass is planned"
-    control.ip.warn(BlockError("program-repeats", message, word, hint="M30 ends it"), Severity.NOTE)
+    control.ip.note("program-repeats", message, word, "M30 ends it")
     control.ip.end_program()
 
 
@@ -64,8 +62,7 @@ def waits(control: FlowControl, here: Cursor, target: Cursor, untold: int, word:
         f"{word} leads back to line {target.line} until #{untold} tells of a signal of the machine: it counts as "
         "having come after one pass, and the wait takes no time"
     )
-    hint = f"--parameters gives #{untold} the value that it has"
-    control.ip.warn_once(BlockError("wait-assumed", message, word, hint=hint))
+    control.ip.warn_once("wait-assumed", message, word, f"--parameters gives #{untold} the value that it has")
     return True
 
 

@@ -32,12 +32,12 @@ def define(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Cur
     if first is not None and first.cursor != here:
         message = f"subroutine o{shown(label)} is defined in line {first.cursor.line} already"
         error = BlockError("oword-duplicate", message, "O", hint="give it another name")
-        control.ip.warn(error, Severity.ERROR)
+        control.ip.remark(error, Severity.ERROR)
         return end.after
     if labels.has_sub_between(here.offset, end.cursor.offset):
         hint = "close the outer one first; it may call the inner one all the same"
         error = BlockError("oword-nested-sub", "a subroutine is defined within a subroutine", "O", hint=hint)
-        control.ip.warn(error, Severity.ERROR)
+        control.ip.remark(error, Severity.ERROR)
     return end.after
 
 
@@ -50,7 +50,7 @@ def _unclosed(control: FlowControl, label: Label, here: Cursor) -> Cursor | None
     if end is not None:
         hint += f"; line {end.cursor.line} has the ENDSUB of another label"
     fault = BlockError("oword-unmatched", f"o{shown(label)} has no ENDSUB", "O", hint=hint)
-    control.ip.warn(fault, Severity.ERROR)
+    control.ip.remark(fault, Severity.ERROR)
     return end.after if end is not None else None
 
 
@@ -120,7 +120,7 @@ def follow_jump(control: FlowControl, here: Cursor, after: Cursor) -> Cursor | N
         if back is not None:
             return back
         message = "M99 in the main program repeats it without end on a control; one pass is planned"
-        ip.warn(BlockError("program-repeats", message, "M99", hint="M30 ends it"), Severity.NOTE)
+        ip.note("program-repeats", message, "M99", "M30 ends it")
         ip.end_program()
         return None
     values, ip.macro_values = ip.macro_values, None

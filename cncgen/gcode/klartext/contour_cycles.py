@@ -11,7 +11,6 @@ import cmath
 import math
 from collections.abc import Callable, Sequence
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.contour_pockets import area, around, check, clear, closed, rows, walls
 from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.plain_language import Plain
@@ -107,8 +106,7 @@ class Contours:
             return moved_aside(moved_aside(way, radius, left), radius, not left)
         except BlockError:
             message = f"arcs of Q8 = {radius:g} do not fit into the corners of {self.name}, which stay sharp"
-            hint = "a smaller Q8 rounds them"
-            self.ip.warn_once(BlockError("corner-size", message, self.name, hint=hint), Severity.WARNING)
+            self.ip.warn_once("corner-size", message, self.name, "a smaller Q8 rounds them")
             return way
 
     def rows(self, allowance: float, levels: tuple[float, ...], out: float) -> None:

@@ -182,7 +182,7 @@ class ContourLines(Execution):
     def _tell_choice(self, element: free_contours.Element, segment: Segment, count: int) -> None:
         """Warn of a solution that FSELECT chose."""
         self._enter(self._lines[element.at])
-        self.ip.warn(free_contours.choice_of(element, segment, count), Severity.WARNING)
+        self.ip.remark(free_contours.choice_of(element, segment, count), Severity.WARNING)
 
 
 def is_drawn(statement: Statement) -> bool:

@@ -42,7 +42,7 @@ def plunge(ip: Interpreter, block: Block, part: float) -> float | None:
         message = (
             "M103 bounds the feed of lines downwards alone: arcs and lines in polar coordinates keep theirs"
         )
-        ip.warn_once(BlockError("feed-function", message, "M103", hint="F gives a smaller feed there"))
+        ip.warn_once("feed-function", message, "M103", "F gives a smaller feed there")
         return None
     ends = [block.words.get(letter, place[k]) for k, letter in enumerate("xyz")]
     bound = feed * part * math.dist(ends, place[:3]) / down

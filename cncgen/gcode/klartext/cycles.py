@@ -13,7 +13,6 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.places import in_rows, on_circle
@@ -167,8 +166,7 @@ def define(ip: Interpreter, number: int) -> None:
     """CYCL DEF: take the cycle that the calls run, which ends M89; a pattern calls the one before it, and M89 stays."""
     if number in _IDLE:
         message = f"cycle {number} moves no tool: passed over"
-        hint = "is it a cycle of the machine's builder?"
-        ip.warn(BlockError("cycle-idle", message, "CYCL", hint=hint), Severity.NOTE)
+        ip.note("cycle-idle", message, "CYCL", "is it a cycle of the machine's builder?")
         return
     if number in contour_cycles.DATA:
         Plain.of(ip).train_ways |= number == contour_cycles.WAYS
@@ -214,12 +212,11 @@ def take_given(ip: Interpreter, number: int, given: Iterable[int]) -> None:
     missing = sorted(reads - named - row.lacking.keys() - row.told.keys())
     if beyond:
         message = f"cycle {number} has no {_listed(beyond, q)} here: it is made as without"
-        hint = f"it reads {_named(sorted(reads))}"
-        ip.warn_once(BlockError("cycle-parameters", message, "CYCL", hint=hint), Severity.WARNING)
+        ip.warn_once("cycle-parameters", message, "CYCL", f"it reads {_named(sorted(reads))}")
     if missing:
         message = f"cycle {number} is given without {_named(missing)}: the values in force are taken, {_listed(missing, q)}"
         hint = "on the control, CYCL DEF is incomplete without them"
-        ip.warn_once(BlockError("cycle-parameters", message, "CYCL", hint=hint), Severity.WARNING)
+        ip.warn_once("cycle-parameters", message, "CYCL", hint)
 
 
 def _named(numbers: Iterable[int]) -> str:
@@ -235,8 +232,7 @@ def _tell(ip: Interpreter, number: int, row: CycleRow) -> None:
     for parameter, one in row.told.items():
         if (value := ip.parameters.numbers[parameter]) != one.neutral:
             message = f"Q{parameter} = {value:g} of cycle {number} is not read: {one.done}"
-            hint = f"Q{parameter} = {one.neutral:g} leaves no doubt"
-            ip.warn_once(BlockError(one.code, message, "CYCL", hint=hint), Severity.WARNING)
+            ip.warn_once(one.code, message, "CYCL", f"Q{parameter} = {one.neutral:g} leaves no doubt")
 
 
 def call(ip: Interpreter, here: Block) -> None:
@@ -260,7 +256,7 @@ def call(ip: Interpreter, here: Block) -> None:
     if levels is None and q[201] == 0.0 and depths == {"201"}:
         # "If you program the depth = 0, the cycle will not be executed." Of those with several depths one step is left out.
         message = f"cycle {number} has the depth Q201 = 0: it is not made"
-        ip.warn(BlockError("cycle-depth", message, "CYCL", hint="Q201 is below 0"), Severity.WARNING)
+        ip.warn("cycle-depth", message, "CYCL", "Q201 is below 0")
         return
     _tell(ip, number, row)
     if number in _CONTOURS:

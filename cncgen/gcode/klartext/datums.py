@@ -157,7 +157,7 @@ class Datums:
         if kind == "AXIAL" and machine is None and planes.is_guessed(given):
             message = "without a machine, C of PLANE AXIAL is taken as a table on the other axis, or as what carries it in a head"
             hint = "[kinematics] of the machine's file says which axis carries the other"
-            self._ip.warn_once(BlockError("plane-axes", message, "PLANE", hint=hint))
+            self._ip.warn_once("plane-axes", message, "PLANE", hint)
         axes = None
         if machine and kind == "AXIAL":
             named = planes.named_axes(given)
@@ -188,7 +188,7 @@ class Datums:
                 "the tilted plane turns the coordinates; the rotary axes of the machine are not moved here"
             )
             hint = "--machine with a table [kinematics] turns them"
-            self._ip.warn_once(BlockError("swivel-frame", message, "PLANE", hint=hint))
+            self._ip.warn_once("swivel-frame", message, "PLANE", hint)
         found = dict(zip(kinematics.axes, axes, strict=True)) if kinematics and axes else {}
         for column, number in ((3, 120), (4, 121), (5, 122)):
             turns = Plain.of(self._ip).turns.get(column, 0)
@@ -239,7 +239,7 @@ class Datums:
         if number == _SHIFT_WITHIN:
             message = "a datum shift within a tilted plane shifts the tilted coordinates, and the shift before the plane stays"
             hint = "PLANE RESET before the shift leaves no doubt"
-            self._ip.warn_once(BlockError("shift-tilted", message, "CYCL", hint=hint))
+            self._ip.warn_once("shift-tilted", message, "CYCL", hint)
         else:
             # Without a plane there is one shift.
             self.take(_SHIFT_WITHIN, None)

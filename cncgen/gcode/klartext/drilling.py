@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.steps import MOST, steps_of
-from cncgen.gcode.errors import BlockError, refuse
+from cncgen.gcode.errors import refuse
 from cncgen.gcode.klartext.hole_cycle import FASTEST, HoleCycle
 
 #: How far cycle 202 steps off the wall without Q357, mm, and by Q214 where to.
@@ -166,7 +165,7 @@ def centre(cycle: HoleCycle) -> None:
         depth = cycle.q[203] - cycle.bottom
         message = f"cycle 240 takes the depth {depth:g} from the diameter Q344 = {cycle.q[344]:g} for a point of {_POINT_DEG:g} degrees"
         hint = "Q343=0 with the depth Q201 leaves no doubt: the tool table has no angle of a point"
-        cycle.ip.warn_once(BlockError("tool-assumed", message, "CYCL", hint=hint), Severity.WARNING)
+        cycle.ip.warn_once("tool-assumed", message, "CYCL", hint)
     cycle.drill()
     cycle.go(cycle.start, rapid=True)
     cycle.end()
@@ -259,8 +258,7 @@ def single_lip(cycle: HoleCycle) -> None:
         ip.sink.set_spindle(q[428], turn or 1)
     if 0.0 < q[202] < -q[201]:
         message = f"{cycle.name} drills in one go: how far it comes back between infeeds of Q202 = {q[202]:g} is not read"
-        hint = "cycle 205 drills in infeeds"
-        ip.warn_once(BlockError("cycle-peck", message, "CYCL", hint=hint), Severity.WARNING)
+        ip.warn_once("cycle-peck", message, "CYCL", "cycle 205 drills in infeeds")
     cycle.feed(q[206], "Q206")
     if q[435]:
         message = f"the dwell depth Q435 = {q[435]:g} of {cycle.name} is not between the surface and the depth Q201 = {q[201]:g}"

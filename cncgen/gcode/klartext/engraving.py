@@ -42,7 +42,7 @@ def engrave(cycle: HoleCycle) -> None:
             f"; the text is {length:.4g} long here, and no longer than Q574 = {q[574]:g} on the control"
         )
     hint = "places, depth, heights and feeds are the cycle's"
-    cycle.ip.warn_once(BlockError("engraving-letters", message, "CYCL", hint=hint))
+    cycle.ip.warn_once("engraving-letters", message, "CYCL", hint)
     cycle.begin()
     for level in infeeds(q[203], cycle.bottom, abs(q[202]), cycle.name):
         for stroke in letters:

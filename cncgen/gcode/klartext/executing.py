@@ -210,8 +210,7 @@ class Execution(ProgramText):
         else:
             if self.ip.contour_feed and plain.cycle >= OF_PARAMETERS:
                 message = "M109 and M110 do not act on the arcs of cycles here: their feed is that of the tool's centre"
-                hint = "the path is not changed by it"
-                self.ip.warn_once(BlockError("feed-function", message, "M109", hint=hint))
+                self.ip.warn_once("feed-function", message, "M109", "the path is not changed by it")
             cycles.call(self.ip, block.beside({}))
 
     def _call_program(self, name: str) -> None:

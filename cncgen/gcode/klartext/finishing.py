@@ -231,9 +231,8 @@ def bow(cycle: HoleCycle) -> None:
     half, radius = _slot_width(cycle)
     side, ring = half - radius, abs(q[244]) / 2.0
     wrong = ring < half or not 0.0 < abs(q[248]) < 360.0
-    hint = "Q244 is the diameter of the middle line, Q248 the angle"
     message = f"{cycle.name} is {2.0 * half:g} wide on a circle of {2.0 * ring:g}, over {q[248]:g} degrees"
-    refuse("CYCL", (wrong, "cycle-words", message, hint))
+    refuse("CYCL", (wrong, "cycle-words", message, "Q244 is the diameter of the middle line, Q248 the angle"))
     along = Bow(_middle(cycle), ring, *sorted((q[245], q[245] + q[248])))
     begin, end = along.place(ring, along.begin), along.place(ring, along.end)
     _slot_begins(cycle, begin)

@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block, Own, Value, evaluate
 from cncgen.gcode.codes import affine, carried_planes
 from cncgen.gcode.codes.plain_language import TIP_MODE, Plain
@@ -44,8 +43,7 @@ def turn_on(ip: Interpreter, words: tuple[tuple[str, str], ...]) -> None:
         raise BlockError("unsupported-block", message, "FUNCTION", hint=hint)
     if ("F", "CONT") in words:
         message = "F CONT of FUNCTION TCPM is read as F TCP: F is the feed of the tip on the workpiece"
-        hint = "the path is not changed by it"
-        ip.warn_once(BlockError("feed-function", message, "FUNCTION", hint=hint), Severity.WARNING)
+        ip.warn_once("feed-function", message, "FUNCTION", "the path is not changed by it")
     plain.spatial = [0.0, 0.0, 0.0] if ("AXIS", "SPAT") in words else None
     plain.vector = ("PATHCTRL", "VECTOR") in words
 
@@ -96,7 +94,7 @@ def count_turns(ip: Interpreter, block: Block, marks: Mapping[str, Value]) -> No
 def _tell_way(ip: Interpreter, name: str, at: float, said: float, turns: float) -> None:
     message = f"M126: {name} turns from {at:g} to {said + turns:g}, the shorter way to {said:g}: its display is taken to count from 0 to 360"
     hint = "M127 ends it; an axis that the machine bounds goes the other way on the control"
-    ip.warn_once(BlockError("rotary-display", message, name, hint=hint), Severity.NOTE)
+    ip.note_once("rotary-display", message, name, hint)
 
 
 def take(ip: Interpreter, block: Block, marks: Mapping[str, Value]) -> None:

@@ -91,7 +91,7 @@ class HeidenhainRunner(ContourLines):
                     f"{code} stands in a program that another one calls: the run goes on in that one here"
                 )
                 hint = f"a program that is called must not have M2 or M30 (TNC 640, CALL PGM); without {code} it ends with END PGM"
-                self.ip.warn_once(BlockError("called-end", message, code, hint=hint))
+                self.ip.warn_once("called-end", message, code, hint)
             self.leave()
         elif run is not None:
             run(frame, at, statement)
@@ -134,7 +134,7 @@ class HeidenhainRunner(ContourLines):
             if target > at:
                 message = f"CALL LBL {name} REP leads to a label below it: the run goes on there and does not return"
                 hint = f"CALL LBL {name} without REP calls a subprogram that ends with LBL 0"
-                self.ip.warn_once(BlockError("repeat-ahead", message, "CALL", hint=hint), Severity.WARNING)
+                self.ip.warn_once("repeat-ahead", message, "CALL", hint)
             frame.loops[at], frame.at = left - 1, target + 1
 
     def _rounds(self, name: str, value: float) -> int:
@@ -162,8 +162,7 @@ class HeidenhainRunner(ContourLines):
         key = statement.data[0]
         if key not in self._globals:
             message = f"Q{key} = PREDEF takes a value that no GLOBAL DEF gives"
-            hint = f"GLOBAL DEF 100 GENERAL ~ Q{key}=2"
-            raise BlockError("cycle-words", message, "PREDEF", hint=hint)
+            raise BlockError("cycle-words", message, "PREDEF", hint=f"GLOBAL DEF 100 GENERAL ~ Q{key}=2")
         self.ip.parameters.set_number(float(key), self._globals[key])
 
     def do_jump(self, frame: Frame, at: int, statement: Statement) -> None:
@@ -260,9 +259,8 @@ class HeidenhainRunner(ContourLines):
     def do_call_pattern(self, frame: Frame, at: int, statement: Statement) -> None:
         """CYCL CALL PAT: run the cycle at each point, at the feed of the block on the way to it."""
         if not self._points:
-            message = "CYCL CALL PAT has no pattern to visit"
             hint = 'PATTERN DEF POS1 (X+10 Y+10 Z+0) or SEL PATTERN "NAME.PNT" stands before it'
-            raise BlockError("cycle-missing", message, "CYCL", hint=hint)
+            raise BlockError("cycle-missing", "CYCL CALL PAT has no pattern to visit", "CYCL", hint=hint)
         late: list[Block] = []
         for place, above in self._points:
             block = self._block(at, statement.words)
@@ -435,5 +433,4 @@ class HeidenhainRunner(ContourLines):
             # Of other presets only the control knows the place.
             use_system(self.ip, 1)
             message = f"preset {number} is taken as G54: presets 1 to {SYSTEM_COUNT} are G54 to G59.3"
-            hint = "--parameters sets origins"
-            self.ip.warn(BlockError("preset-unknown", message, "PRESET", hint=hint), Severity.WARNING)
+            self.ip.warn("preset-unknown", message, "PRESET", "--parameters sets origins")

@@ -8,7 +8,6 @@ from __future__ import annotations
 import cmath
 import math
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.pockets import Bow, Clearing, Pocket, clear, clear_bow
 from cncgen.gcode.codes.steps import MOST
 from cncgen.gcode.errors import BlockError, refuse
@@ -83,8 +82,7 @@ def works(cycle: HoleCycle) -> tuple[bool, bool, float, float]:
     side, floor = max(q[368], 0.0), max(q[369], 0.0)
     if kind == 2 and not side and not floor:
         message = f"{cycle.name} finishes (Q215 = 2) and has no allowance Q368 or Q369: it is not made"
-        idle = BlockError("cycle-idle", message, "CYCL", hint="allowances say what is left")
-        cycle.ip.warn(idle, Severity.WARNING)
+        cycle.ip.warn("cycle-idle", message, "CYCL", "allowances say what is left")
     return kind != 2, kind != 1, side, floor
 
 
@@ -110,7 +108,7 @@ def bows(cycle: HoleCycle) -> None:
     if kind in (1, 3):
         message = f"Q367 = {kind} of {cycle.name}: the slot goes from the tool on {('counter-' if (kind == 3) == (q[248] > 0.0) else '')}clockwise"
         hint = "which end is the left one the manual shows in a figure alone; Q367=0 with Q216 Q217 or Q367=2 leave no doubt"
-        cycle.ip.warn_once(BlockError("slot-place", message, "CYCL", hint=hint))
+        cycle.ip.warn_once("slot-place", message, "CYCL", hint)
     sense, feed = -1 if q[351] < 0.0 else 1, q[385] or q[207]
     runs = []
     if roughs:

@@ -63,7 +63,7 @@ def _end_of_travel(ip: Interpreter, index: int, end: int) -> float:
         f"where the travel of {letter} ends is not known here: FN 18 with ID230 reads where the axis stands"
     )
     hint = f"travel_mm of {letter} in the machine file gives it; a way to that place moves nothing"
-    ip.warn_once(BlockError("travel-unknown", message, "FN", hint=hint))
+    ip.warn_once("travel-unknown", message, "FN", hint)
     return _STATE[240, 1](ip, index)
 
 
@@ -104,4 +104,4 @@ def write(ip: Interpreter, group: int, number: int, index: int, value: float) ->
 def _warn_of_column(ip: Interpreter, number: int, what: str) -> None:
     message = f"ID50 NR{number} is a column that the tool table here lacks: {what}"
     hint = f"length (NR1) and radius (NR2) are kept; the control's program may go another way by NR{number}"
-    ip.warn_once(BlockError("variable-assumed", message, "FN", hint=hint))
+    ip.warn_once("variable-assumed", message, "FN", hint)

@@ -19,9 +19,8 @@ def rows(text: str, name: str, what: str) -> list[dict[str, float]]:
     lines = [line.split() for line in text.splitlines() if line.strip()]
     head = next((k for k, words in enumerate(lines) if {"X", "Y"} <= {word.upper() for word in words}), None)
     if head is None:
-        message = f"{name} has no columns X and Y"
         hint = f"a {what} has NR X Y Z in its second line"
-        raise BlockError("unsupported-block", message, "SEL", hint=hint)
+        raise BlockError("unsupported-block", f"{name} has no columns X and Y", "SEL", hint=hint)
     names = [word.upper() for word in lines[head]]
     found = []
     for words in lines[head + 1 :]:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Value
 from cncgen.gcode.codes import affine, carried_planes, tool_point
 from cncgen.gcode.errors import BlockError
@@ -103,7 +102,7 @@ def turn(ip: Interpreter, kinematics: Kinematics, axes: affine.Positions, wanted
         return
     if wanted.back == float("inf"):
         message = "MB MAX of PLANE is passed over: where the travel ends is not known here"
-        ip.warn_once(BlockError("retract-unknown", message, "MB", hint="MB 50 retracts by 50"), Severity.NOTE)
+        ip.note_once("retract-unknown", message, "MB", "MB 50 retracts by 50")
     elif wanted.back:
         _execute(ip, {"z": ip.state.position[2] + wanted.back}, 0)
     follows = wanted.how == "MOVE" and ip.state.length_code != affine.FOLLOWED

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -25,6 +24,4 @@ def tell(ip: Interpreter, name: str, words: Sequence[Raw], known: Collection[str
         hint = f"it has {', '.join(sorted(one.rstrip('±') for one in known))}" if known else ""
         if bare.removeprefix("I") in [*AXES.upper()]:
             raise BlockError("not-read", message, bare, hint=hint)
-        ip.warn_once(
-            BlockError("not-read", f"{message}: it is passed over", bare, hint=hint), Severity.WARNING
-        )
+        ip.warn_once("not-read", f"{message}: it is passed over", bare, hint)

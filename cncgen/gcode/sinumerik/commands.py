@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes import affine as frames
 from cncgen.gcode.codes import rotary_paths, tool_point
@@ -131,7 +130,7 @@ def run(motions: Motions, words: Words) -> None:
         elif name in _APPROACHES:
             message = f"{name} is taken as NORM: the tool goes straight to beside the first point of the contour, and away from beside the last"
             hint = "a first point that the tool need not go around makes no difference"
-            motions.ip.warn_once(BlockError("comp-approach", message, name, hint=hint))
+            motions.ip.warn_once("comp-approach", message, name, hint)
         elif name not in _ACCEPTED and name not in ("SUPA", "RET", "RNDM"):
             times = words.named.pop("P", ("", 1.0))[1]
             motions.run_call(name, None, round(times))
@@ -183,8 +182,7 @@ def _frame_values(motions: Motions, name: str, words: Words, shifts: bool) -> di
     values = {axis: value for axis, (_, value) in words.axes.items() if axis in "XYZ"}
     if motions.diameter.startswith("G90") and shifts and values.get("X"):
         message = f"X{values['X']:g} of {name} is taken as a radius: offsets are, whatever DIAMON says"
-        hint = "X0 is both"
-        motions.ip.warn(BlockError("frame-diameter", message, "X", hint=hint), Severity.WARNING)
+        motions.ip.warn("frame-diameter", message, "X", "X0 is both")
     other = [axis for axis in words.axes if axis not in "XYZ"]
     if other:
         raise not_read(f"{name} of {other[0]}", "frames are of X Y Z")
@@ -300,15 +298,14 @@ def _limit(motions: Motions, words: Words, name: str, at: Scalar, mode: str, val
         message = (
             f"{name}={value:g} changes a limit of an axis: the limits of the machine file are planned with"
         )
-        hint = "a machine file of its own has other limits"
-        motions.ip.warn_once(BlockError("limit-kept", message, name, hint=hint))
+        motions.ip.warn_once("limit-kept", message, name, "a machine file of its own has other limits")
 
 
 def _radius_of_feed(motions: Motions, words: Words, name: str, at: Scalar, mode: str, value: float) -> None:
     """FGREF[A]=: the radius at which F counts for a rotary axis of FGROUP."""
     message = f"FGREF={value:g} is passed over: F of a rotary axis that turns alone is in degrees a minute"
     hint = "the path is not changed by it; with an axis of X Y Z in the block F is the feed of these"
-    motions.ip.warn_once(BlockError("feed-group", message, name, hint=hint))
+    motions.ip.warn_once("feed-group", message, name, hint)
 
 
 def _limit_of_spindle(motions: Motions, words: Words, name: str, at: Scalar, mode: str, value: float) -> None:
@@ -381,7 +378,7 @@ def take_edge(motions: Motions) -> None:
     """Put the length of the tool in force, or with D0 none."""
     ip = motions.ip
     if motions.edge > 1:
-        motions.note(
+        motions.ip.note(
             "tool-edge", f"D{motions.edge} is read as D1: the tool table has one edge of each tool", "D"
         )
     if ip.state.length_code == frames.FOLLOWED:
@@ -453,7 +450,7 @@ def _each_axis_by_itself(motions: Motions) -> None:
     """RTLIOF: in a traverse each axis goes as fast as it can, so that the way is no line (Fundamentals, "RTLION, RTLIOF")."""
     message = "RTLIOF lets each axis traverse by itself; here a traverse goes straight"
     hint = "the ends are the same, the way between them is not; RTLION goes straight"
-    motions.ip.warn_once(BlockError("traverse-straight", message, "RTLIOF", hint=hint))
+    motions.ip.warn_once("traverse-straight", message, "RTLIOF", hint)
 
 
 _SWITCHES: dict[str, Callable[[Motions], None]] = {
@@ -497,7 +494,7 @@ def _path_axes(motions: Motions, name: str, values: list[Scalar | None]) -> None
     if axes and axes != set("XYZ"):
         message = f"FGROUP of {' '.join(sorted(axes))} is passed over: F is the feed of X Y Z, or of the rotary axes where these alone turn"
         hint = "the path is not changed by it; times where other axes move differ from the control's"
-        motions.ip.warn_once(BlockError("feed-group", message, name, hint=hint))
+        motions.ip.warn_once("feed-group", message, name, hint)
 
 
 def _surface_axis(motions: Motions, name: str, values: list[Scalar | None]) -> None:
@@ -525,18 +522,18 @@ def _geometry_axes(motions: Motions, name: str, values: list[Scalar | None]) -> 
 def _other_channel(motions: Motions, name: str, values: list[Scalar | None]) -> None:
     """INIT, START, WAITE, GET, RELEASE: programs and axes of other channels."""
     message = f"{name} is passed over: the other channels do not run here"
-    motions.note_once("channel-alone", message, name, "the time that it waits is not counted")
+    motions.ip.note_once("channel-alone", message, name, "the time that it waits is not counted")
 
 
 def _alarm(motions: Motions, name: str, values: list[Scalar | None]) -> None:
     """SETAL(n, "..."): an alarm; the program goes on."""
     which = f"alarm {values[0] or 0.0:g}" if values and not isinstance(values[0], str) else "an alarm"
-    motions.note("program-alarm", f"the program raises {which}", name)
+    motions.ip.note("program-alarm", f"the program raises {which}", name)
 
 
 def _interrupt(motions: Motions, name: str, values: list[Scalar | None]) -> None:
     """SETINT(n) PRIO=1 NAME: a subprogram that a signal calls."""
-    motions.note(
+    motions.ip.note(
         "interrupt-not-run", "the subprogram of SETINT runs where a signal comes, which none does here", name
     )
 

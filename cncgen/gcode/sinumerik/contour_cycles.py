@@ -11,7 +11,6 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.lathe_fanuc import Turning
 from cncgen.gcode.codes.leads import lead_arc, lead_line
 from cncgen.gcode.codes.lines import check_feed
@@ -252,8 +251,7 @@ def tell_nose(motions: Motions, name: str) -> None:
     tool = motions.ip.tools.find(motions.ip.state.tool)
     if motions.edge and tool and tool.diameter:
         message = f"{name} turns without the radius of the tool's nose"
-        hint = "G42 and the contour itself finish with it"
-        motions.ip.warn(BlockError("comp-roughing", message, name, hint=hint), Severity.WARNING)
+        motions.ip.warn("comp-roughing", message, name, "G42 and the contour itself finish with it")
 
 
 def at_feed(motions: Motions, feed: float, name: str) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.codes.turning_profiles import Segment
-from cncgen.gcode.errors import BlockError, refuse
+from cncgen.gcode.errors import refuse
 from cncgen.gcode.sinumerik.contour_cycles import Cuts, at_feed, tell_nose
 from cncgen.gcode.sinumerik.cycles import Values, filled
 
@@ -50,7 +50,7 @@ def corner(motions: Motions, name: str, values: Values) -> None:
     _check(motions, name, v)
     message = f"the order of the parameters of {name} has not been compared with a printed manual"
     hint = "SPD, SPL, EPD, EPL, ZPD, ZPL, LAGE, MID, FALX, FALZ, VARI, RF1 to RF3, SDIS, FF1: compare the motions with what is meant"
-    motions.ip.warn_once(BlockError("cycle-parameters", message, name, hint=hint))
+    motions.ip.warn_once("cycle-parameters", message, name, hint)
     vari, inside = round(v[10]), round(v[6]) > 1
     points = complex(v[1], v[2] / 2.0), complex(v[3], v[2] / 2.0), complex(v[3], v[0] / 2.0)
     contour = [Segment(points[0], points[1]), Segment(points[1], points[2])]

@@ -58,7 +58,7 @@ class CycleParameters(list[Scalar | None]):
             several = f"s {beyond[0]} to {beyond[-1]} of {name} are" if len(beyond) > 1 else one
             message = f"parameter{several} not read; the cycle is made as without"
             hint = f"docs/sinumerik.md says what is read; {name} has it in the first {beyond[0] - 1}"
-            motions.ip.warn_once(BlockError("cycle-parameters", message, name, hint=hint))
+            motions.ip.warn_once("cycle-parameters", message, name, hint)
 
 
 def given(values: Values, index: int) -> float | None:
@@ -108,8 +108,7 @@ class Hole:
         """
         if motions.plane_assumed:
             message = f"{name} goes along Y in G18, in which most lathes begin, and the program says no plane"
-            hint = "G17 before it drills along Z, G19 along X"
-            motions.ip.warn_once(BlockError("plane-doubtful", message, name, hint=hint))
+            motions.ip.warn_once("plane-doubtful", message, name, "G17 before it drills along Z, G19 along X")
         back, reference, clearance = (filled(values, k) for k in range(3))
         absolute, relative = given(values, 3), given(values, 4)
         missing = absolute is None and relative is None
@@ -167,7 +166,7 @@ def _depth(
     depth = reference - abs(relative or 0.0)
     if absolute is not None and not math.isclose(depth, absolute, abs_tol=1e-9):
         message = f"{name} has the depth {absolute:g} and the distance {relative:g}, which leads to {depth:g}: the distance counts, as on the control"
-        motions.ip.warn_once(BlockError("cycle-depths", message, name, hint="leave one of them out"))
+        motions.ip.warn_once("cycle-depths", message, name, "leave one of them out")
     return depth
 
 
@@ -238,8 +237,7 @@ def _modes(motions: Motions, name: str, values: Values, index: int, most: Sequen
     hint = "0 is the usual value of each"
     if shape == _SHANK:
         message = f"GMODE = {shape} of {name}: the depth is that of the full diameter on the control, here of the tip"
-        hint = "the angle of the tip is not in the tool table"
-        motions.ip.warn_once(BlockError("tool-assumed", message, name, hint=hint))
+        motions.ip.warn_once("tool-assumed", message, name, "the angle of the tip is not in the tool table")
     elif shape:
         message, hint = f"GMODE = {shape} of {name} is not read", "GMODE = 0 is the depth of the tip"
         raise BlockError("not-read", message, name, hint=hint)

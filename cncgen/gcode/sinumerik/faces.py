@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.pockets import Clearing, Pocket, PocketPath
 from cncgen.gcode.codes.steps import MOST, levels_of, steps_of
-from cncgen.gcode.errors import BlockError, refuse
+from cncgen.gcode.errors import refuse
 from cncgen.gcode.sinumerik.cycle_modes import CORNERS, MillingModes, milled
 from cncgen.gcode.sinumerik.cycles import Hole, Values, check_plane, depth_of, filled, milling_feed
 
@@ -89,7 +89,7 @@ def _face(
     )  # fmt: skip
     if abs(across) / count > 2.0 * mill.radius * (1.0 + 1e-9):
         message = f"rows of {mill.name} lie {abs(across) / count:g} apart, and the tool is {2.0 * mill.radius:g} wide: strips stay between them"
-        mill.ip.warn_once(BlockError("cycle-tool", message, hint="take a smaller MIDA, or a wider tool"))
+        mill.ip.warn_once("cycle-tool", message, hint="take a smaller MIDA, or a wider tool")
     sense = math.copysign(1.0, along)
     ends = (-sense * (mill.radius + over), along + sense * (mill.radius + over))
 
@@ -155,8 +155,7 @@ def _round(mill: _Mill, half: complex, corner: float, excess: float, values: dic
     count = steps_of(excess - side, step, mill.name, f"{mill.name} makes {{}} loops")
     wrong = min(half.real, half.imag) <= 0.0 or values["cdir"] not in (0.0, 1.0, 2.0, 3.0)
     message = f"the size or sense (CDIR = {values['cdir']:g}) of {mill.name} has no meaning"
-    hint = "LENG, WID or the diameter are above 0; CDIR is 0 to 3"
-    refuse(mill.name, (wrong, "cycle-tool", message, hint))
+    refuse(mill.name, (wrong, "cycle-tool", message, "LENG, WID or the diameter are above 0; CDIR is 0 to 3"))
     # Climb milling beside an outer wall goes clockwise where the spindle does.
     turns_right = mill.ip.state.direction >= 0
     clockwise = {0.0: turns_right, 1.0: not turns_right, 2.0: True, 3.0: False}[values["cdir"]]

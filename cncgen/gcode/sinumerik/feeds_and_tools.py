@@ -32,7 +32,7 @@ def modal_values(motions: Motions, words: Words) -> None:
         message = (
             "G92 S is read as LIMS: the bound of the spindle's speed under G96, as on SINUMERIK 810 and 820"
         )
-        motions.note("speed-bound", message, "G92", "LIMS= says it on later controls")
+        motions.ip.note("speed-bound", message, "G92", "LIMS= says it on later controls")
     if limit is not None:
         state = motions.ip.state
         state.speed_limit = limit[1]
@@ -75,7 +75,7 @@ def take(motions: Motions, words: Words) -> None:
                 f'the tool "{name}" has no length and no radius: no remark of the tool table is that name'
             )
             hint = "T and a number takes one of --tool-table; further names are not reported"
-            motions.note_once("tool-name", message, "T", hint)
+            motions.ip.note_once("tool-name", message, "T", hint)
         words.named.setdefault("T", ("", float(found or 0)))
     feed = words.named.pop("F", None) if 4 not in words.g else None
     if "FZ" in words.named:
@@ -97,7 +97,7 @@ def take(motions: Motions, words: Words) -> None:
         message = (
             "the program has no M6: T is taken to change the tool at once, as with machine data 22550 = 0"
         )
-        motions.note_once("tool-at-once", message, "T", "M6 behind T changes the tool where 22550 is 1")
+        motions.ip.note_once("tool-at-once", message, "T", "M6 behind T changes the tool where 22550 is 1")
     if tool is not None and motions.turret and tool[1]:
         motions.emit({"q": tool[1]}, (), (610,))
         changes = True
@@ -115,9 +115,7 @@ def _cut_at(motions: Motions, speed: float) -> None:
     diameter = 2.0 * motions.ip.tool_radius()
     if diameter <= 0.0:
         message = f"SVC={speed:g} needs the diameter of the tool, which no tool table gives: the speed of the spindle stays"
-        motions.ip.warn_once(
-            BlockError("cutting-speed", message, "SVC", hint="S is the speed; --tool-table has the diameter")
-        )
+        motions.ip.warn_once("cutting-speed", message, "SVC", "S is the speed; --tool-table has the diameter")
         return
     way = 12.0 if motions.ip.state.inches else 1000.0
     motions.emit({"s": way * speed / (math.pi * diameter)})
@@ -135,9 +133,8 @@ def _feed_of_teeth(motions: Motions, feed: float) -> float:
         else ""
     )
     if what:
-        message = f"FZ={feed:g}, a feed a tooth, {what}"
         hint = f"G95 F is FZ times the teeth, or $TC_DPNT[{tool},1]=4 says how many there are"
-        raise BlockError("feed-missing", message, "FZ", hint=hint)
+        raise BlockError("feed-missing", f"FZ={feed:g}, a feed a tooth, {what}", "FZ", hint=hint)
     return feed * teeth
 
 
@@ -156,7 +153,7 @@ def functions(motions: Motions, words: Words) -> bool:
         elif code == 6:
             continue
         elif code == 70:
-            motions.note("axis-spindle", "M70 turns the spindle into an axis: passed over", "M70")
+            motions.ip.note("axis-spindle", "M70 turns the spindle into an axis: passed over", "M70")
         elif ("M", code * 10) in motions.ip.codes and code < 60:
             motions.emit({}, (), (code * 10,))
         elif code not in (40, 41, 42, 43, 44, 45):

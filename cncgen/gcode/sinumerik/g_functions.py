@@ -98,7 +98,7 @@ def _bounds(motions: Motions, code: int, words: Words) -> None:
     words.named.pop("S", None)
     if words.axes:
         hint = "travel_mm of the machine file is checked"
-        motions.note("zone-not-checked", f"the working area of G{code} is not checked", f"G{code}", hint)
+        motions.ip.note("zone-not-checked", f"the working area of G{code} is not checked", f"G{code}", hint)
         words.axes.clear()
 
 
@@ -146,7 +146,7 @@ def _doubt_length(motions: Motions, code: int) -> None:
     hint = (
         "setting data 42940 = 17 keeps it along Z; G17 before the next motion without an arc leaves no doubt"
     )
-    motions.ip.warn_once(BlockError("length-plane", message, f"G{code}", hint=hint))
+    motions.ip.warn_once("length-plane", message, f"G{code}", hint)
 
 
 def _surface(motions: Motions, code: int, words: Words) -> None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from cncgen.gcode.codes.spindle import waited_s
 from cncgen.gcode.codes.steps import steps_of
-from cncgen.gcode.errors import BlockError, refuse
+from cncgen.gcode.errors import refuse
 from cncgen.gcode.sinumerik.arcs import follow
 from cncgen.gcode.sinumerik.cycles import Values, filled
 from cncgen.units import INCH
@@ -140,7 +140,7 @@ def _width(motions: Motions, name: str, base: float) -> float:
     whence = "the diameter of the tool table" if known else "which no tool table gives"
     message = f"{name} plunges with a tool {width:g} wide, {whence}, whose left corner the program's Z is: its passes are cncgen's own"
     hint = "--tool-table gives the width as the diameter; walls and base are the cycle's"
-    ip.warn_once(BlockError("tool-assumed", message, name, hint=hint))
+    ip.warn_once("tool-assumed", message, name, hint)
     return width
 
 

@@ -9,9 +9,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cncgen.diagnostics import Severity
-from cncgen.gcode.errors import BlockError
-
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.cycles import Values
     from cncgen.gcode.sinumerik.motions import Motions, Words
@@ -29,8 +26,7 @@ def keep(motions: Motions, words: Words) -> None:
         return
     name, ip = given[0], motions.ip
     hint = f"{SWITCHED}[1] is 1, and $AA_MW[X] and its kin are the end of the motion"
-    message = f"{name} is planned to the programmed point"
-    ip.warn_once(BlockError("probe-not-run", message, name, hint=hint), Severity.NOTE)
+    ip.note_once("probe-not-run", f"{name} is planned to the programmed point", name, hint)
     motions.store.touched = list(ip.state.position), list(ip.machine_position())
 
 
@@ -39,7 +35,7 @@ def pass_over(motions: Motions, name: str, values: Values) -> None:
     list(values)
     message = f"{name} measures with a probe: passed over, and offsets, tools and results stay as they are"
     hint = "its motions take time that is not counted; origins and tools are those of --parameters and --tool-table"
-    motions.ip.warn_once(BlockError("probe-not-run", message, name, hint=hint))
+    motions.ip.warn_once("probe-not-run", message, name, hint)
 
 
 CYCLES = {

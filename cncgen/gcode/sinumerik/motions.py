@@ -8,7 +8,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes.affine import Frames
 from cncgen.gcode.codes.corners import leave_out
@@ -205,7 +204,7 @@ class Motions:
             self.diameter, self.plane_assumed = "G90 G91", True
             message = "the program turns and says neither DIAMON nor DIAMOF before X: X is read as a diameter, in G18, as most lathes begin"
             hint = "DIAMON or DIAMOF before the first motion says which"
-            self.ip.warn(BlockError("diameter-doubtful", message, hint=hint), Severity.WARNING)
+            self.ip.warn("diameter-doubtful", message, hint=hint)
 
     def emit(self, words: dict[str, float], g: tuple[int, ...] = (), m: tuple[int, ...] = ()) -> None:
         """Execute a block of the interpreter's codes, at the line in progress."""
@@ -229,14 +228,6 @@ class Motions:
         for axis, old, new in zip(AXES, before, self.ip.state.position, strict=True):
             if old != new:
                 self.carried.setdefault(axis, old)
-
-    def note(self, code: str, message: str, word: str = "", hint: str = "") -> None:
-        """Add a note on the block."""
-        self.ip.warn(BlockError(code, message, word, hint=hint), Severity.NOTE)
-
-    def note_once(self, code: str, message: str, word: str, hint: str) -> None:
-        """Add a note on the block, once in a run."""
-        self.ip.warn_once(BlockError(code, message, word, hint=hint), Severity.NOTE)
 
     def refuse_turned_origin(self, word: str) -> None:
         """Raise where the origin turns about Z beneath a direction, which would turn with it."""
@@ -353,7 +344,7 @@ class Motions:
             return False
         message = f"{said or self.motion} without a motion runs {self.modal[0]} of MCALL where the tool is"
         hint = "it does on the control: F, S, G0 and G1 stand before MCALL or in blocks with a motion"
-        self.ip.warn_once(BlockError("modal-call", message, said or "G", hint=hint))
+        self.ip.warn_once("modal-call", message, said or "G", hint)
         return True
 
     def _take(self, item: Item, words: Words) -> None:
@@ -452,7 +443,7 @@ class Motions:
             return
         if commands.couples_spindles(name, arguments or ()):
             message = f"{name} is passed over: a coupling of spindles moves no axis here"
-            self.note_once("channel-alone", message, name, "the time until they turn alike is not counted")
+            self.ip.note_once("channel-alone", message, name, "the time until they turn alike is not counted")
             return
         if name in _CYCLES or name in commands.CALLS:
             if name != "MSG":
@@ -644,7 +635,7 @@ class Motions:
             place, size = out[kept], length[AXIS_INDEX[kept]]
             message = f"{kept.upper()}{place:g} in machine coordinates is where the tool's tip goes, and the axis to {place + size:g}: its length stays in force"
             hint = "D0 in the block ends it; with machine data 10760 = 1 the axis goes to where the word says"
-            self.ip.warn_once(BlockError("machine-length", message, kept.upper(), hint=hint))
+            self.ip.warn_once("machine-length", message, kept.upper(), hint)
         self.emit(
             {axis: value + length[AXIS_INDEX[axis]] for axis, value in out.items()},
             (530, 0 if self.motion == "G0" else 10),
@@ -692,7 +683,7 @@ class Motions:
         if not math.isclose(start, now, abs_tol=1e-9):
             message = f"the increment {axis}{value:g} goes {start - now + value:g} farther: a frame or tool length that changed is traversed with it"
             hint = "so it is with setting data 42440 and 42442 = 1, as the control comes; with 0 the increment alone is"
-            self.ip.warn_once(BlockError("frame-increment", message, axis, hint=hint))
+            self.ip.warn_once("frame-increment", message, axis, hint)
         return start
 
     def make(self, words: Words, end: list[float]) -> None:

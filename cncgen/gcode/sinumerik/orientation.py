@@ -108,8 +108,7 @@ def _turned(motions: Motions, words: Words) -> Vector:
         raise BlockError("not-read", message, next(iter(given)), hint=hint)
     if not motions.angles:
         message = "A2 B2 C2 are read as Euler angles: neither ORIEULER nor ORIRPY stands before them"
-        hint = "machine data 21100 of the control decides"
-        motions.ip.warn_once(BlockError("orientation-angles", message, "A2", hint=hint))
+        motions.ip.warn_once("orientation-angles", message, "A2", "machine data 21100 of the control decides")
     direction = [0.0, 0.0, 1.0]
     for axis, name in reversed(turns):
         c, s = math.cos(math.radians(given[name])), math.sin(math.radians(given[name]))
@@ -138,7 +137,7 @@ def lines(motions: Motions, given: dict[str, float]) -> Iterator[dict[str, float
     if off > _TOLD:
         message = f"the rotary axes turn evenly, which leads the tool up to {off:.2g} degrees off the plane of its two directions"
         hint = "ORIAXES says that they do, ORIVECT (with G94) that the tool stays in the plane"
-        motions.ip.warn_once(BlockError("orientation-path", message, hint=hint))
+        motions.ip.warn_once("orientation-path", message, hint=hint)
     yield given
 
 

@@ -77,7 +77,7 @@ class SinumerikRunner(LanguageRun[Program]):
         if assumed:
             message = f"nothing calls {main.name}, which has parameters: 0 is taken for {', '.join(assumed)}"
             hint = "a program that calls it gives them values"
-            self.ip.warn_once(BlockError("variable-assumed", message, "PROC", hint=hint))
+            self.ip.warn_once("variable-assumed", message, "PROC", hint)
 
     def _formal_alone(self, formal: tuple[Any, ...]) -> str:
         """Define a parameter that no call gives; return its name where nothing says its value."""
@@ -187,7 +187,7 @@ class SinumerikRunner(LanguageRun[Program]):
     def do_synchronous(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         """ID=1 WHEN … DO M8: an output that comes while other blocks move."""
         message = "a synchronous action sends outputs and M functions while other blocks move: passed over"
-        self.motions.note_once(
+        self.ip.note_once(
             "synchronous-output", message, "", "a block with its M function shows when it comes"
         )
 

@@ -93,7 +93,7 @@ def _tell_idle(motions: Motions, turned: affine.Frame) -> None:
         return
     message = f"{_NAME} turns the coordinates; the rotary axes of the machine are not swivelled here"
     hint = "--machine with a table [kinematics], and DIR = -1 or 1, turns them; or write A B C"
-    motions.ip.warn_once(BlockError("swivel-frame", message, _NAME, hint=hint))
+    motions.ip.warn_once("swivel-frame", message, _NAME, hint)
 
 
 # Angles.
@@ -120,9 +120,8 @@ def _matrix(call: _Call, kinematics: Kinematics | None) -> affine.Matrix:
             raise BlockError("tcp-machine", message, _NAME, hint=hint)
         return kinematics.turned_plane((angles[0], angles[1]))
     if kind not in (_IN_TURN, _PROJECTED) or sorted(order) != [0, 1, 2]:
-        message = f"{_NAME} with MODE = {mode} is not read"
         hint = "57 turns about X Y Z, 27 about Z Y X, 39 about Z X Y, 45 about X Z Y, 54 about Y X Z, 30 about Y Z X"
-        raise BlockError("not-read", message, _NAME, hint=hint)
+        raise BlockError("not-read", f"{_NAME} with MODE = {mode} is not read", _NAME, hint=hint)
     if kind == _PROJECTED:
         return _projected(_NAME, dict(zip(order, angles, strict=True)), order)
     first, second, third = (affine.turn(*each) for each in zip(order, angles, strict=True))
@@ -137,9 +136,8 @@ def of_solid_angles(values: Mapping[str, float]) -> affine.Matrix:
         BlockError: It has three.
     """
     if len(values) > 2:
-        message = "ROTS turns a plane by two solid angles at most"
         hint = "ROT X10 Y20 Z30 turns about one axis after the other"
-        raise BlockError("not-read", message, "ROTS", hint=hint)
+        raise BlockError("not-read", "ROTS turns a plane by two solid angles at most", "ROTS", hint=hint)
     if len(values) < 2:
         return affine.made("ROT", dict(values)).matrix
     order = sorted("XYZ".index(axis) for axis in values)
@@ -203,7 +201,7 @@ def _turn(motions: Motions, call: _Call, axes: tuple[float, float]) -> None:
         motions.move({"Z": position[2] + abs(call.number(14))}, rapid=True)
     elif retract:
         message = f"FR = {retract} of {_NAME} is passed over: where it retracts to is machine data"
-        motions.note_once("retract-unknown", message, _NAME, "write the retraction before it, or FR = 5")
+        motions.ip.note_once("retract-unknown", message, _NAME, "write the retraction before it, or FR = 5")
     motions.move(words(motions.ip, kinematics, axes), rapid=True)
 
 
@@ -230,7 +228,7 @@ def turn_to_tool(motions: Motions) -> None:
     matrix = affine.of_columns(along, affine.cross((x, y, z), along), (x, y, z))
     message = "TOROT: the new X axis is taken to lie in the plane Z X of before"
     hint = "machine data 21110 of the control decides; a ROT before it is replaced"
-    motions.ip.warn_once(BlockError("swivel-frame", message, "TOROT", hint=hint))
+    motions.ip.warn_once("swivel-frame", message, "TOROT", hint)
     take_frames(motions, replace(now, programmable=replace(now.programmable, matrix=matrix)))
 
 

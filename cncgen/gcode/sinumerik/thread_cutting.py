@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.codes.steps import MOST
-from cncgen.gcode.errors import BlockError, refuse
+from cncgen.gcode.errors import refuse
 from cncgen.gcode.sinumerik.cycles import Values, check_mode_plane, filled, given, pitch_of
 from cncgen.units import INCH
 
@@ -130,14 +130,13 @@ def of_control(motions: Motions, name: str, values: Values) -> None:
     check_mode_plane(motions, name, round(filled(values, 27)))
     message = f"the order of the parameters of {name} has not been compared with a printed manual"
     hint = "SPL SPD FPL FPD APP ROP TDEP FAL IANG NSP NRC NID PIT VARI NUMTH SDIS MID: are the values these?"
-    motions.ip.warn_once(BlockError("cycle-parameters", message, name, hint=hint))
+    motions.ip.warn_once("cycle-parameters", message, name, hint)
     others = [k + 1 for k in (17, 19, 20, 21) if filled(values, k)]
     if others:
         message = (
             f"parameters {', '.join(map(str, others))} of {name} are not read; the cycle is made as without"
         )
-        hint = "GDEP, FDEP, GST and GUD are 0"
-        motions.ip.warn_once(BlockError("cycle-parameters", message, name, hint=hint))
+        motions.ip.warn_once("cycle-parameters", message, name, "GDEP, FDEP, GST and GUD are 0")
     rough = depth - filled(values, 7)
     if cuts <= 0:
         parts = max(rough, 0.0) / first

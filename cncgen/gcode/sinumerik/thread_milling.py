@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.steps import MOST
-from cncgen.gcode.errors import BlockError, refuse
+from cncgen.gcode.errors import refuse
 from cncgen.gcode.sinumerik.cycle_modes import MillingModes
 from cncgen.gcode.sinumerik.cycles import Hole, Values, check_plane, filled, given, milling_feed
 
@@ -89,7 +89,7 @@ def thread_of_profile(motions: Motions, name: str, values: Values) -> None:
     refuse(name, *((wrong, "cycle-tool", message, hint) for wrong, message in faults))
     message = f"the order of the parameters of {name} has not been compared with a printed manual"
     hint = "RTP RFP SDIS DP DIATH H1 FAL PIT NT MID FFR TYPTH PA PO NSP VARI: are the values these?"
-    motions.ip.warn_once(BlockError("cycle-parameters", message, name, hint=hint))
+    motions.ip.warn_once("cycle-parameters", message, name, hint)
     aim = depth - (left if how == 1 else 0.0)
     count = math.ceil(aim / v[9] - _TINY) if how == 1 and v[9] > 0.0 else 1
     # Seen from above a thread to the right goes up counter-clockwise.

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinumerik.expressions import Scalar, number
@@ -97,8 +96,7 @@ class ToolData:
 
     def _pass_over(self, name: str) -> None:
         message = f"{name} and other data of tools change nothing here: lengths, radius and position of edge 1 are kept"
-        hint = "$TC_DP2, 3, 4, 6 and their wear are read"
-        self.ip.warn_once(BlockError("tool-edge", message, name, hint=hint), Severity.NOTE)
+        self.ip.note_once("tool-edge", message, name, "$TC_DP2, 3, 4, 6 and their wear are read")
 
     def value(self, name: str, at: list[Scalar]) -> float:
         """Return a datum of a tool."""

@@ -164,7 +164,7 @@ class Store:
                 f"{name} is a setting of the machine: what the program writes is kept, and does not act here"
             )
             hint = "the machine file has what is known of the machine here"
-            self.ip.warn_once(BlockError("machine-data", message, name, hint=hint))
+            self.ip.warn_once("machine-data", message, name, hint)
             return
         if name in _COUNTERS or name in _OUTPUTS:
             return
@@ -200,8 +200,7 @@ class Store:
             return frame_variables.part(self.ip, indices)
         if name in _COUNTERS:
             message = f"{name} is read as 0: the control's times and counters of parts do not run here"
-            hint = "check what the program does with it"
-            self.ip.warn_once(BlockError("counter-stands", message, name, hint=hint))
+            self.ip.warn_once("counter-stands", message, name, "check what the program does with it")
             return 0.0
         if (name in _INPUTS or name in _OUTPUTS) and len(indices) == 1:
             return self._signal(name, indices[0])
@@ -237,5 +236,5 @@ class Store:
             at = f"{name}[{index:g}]" if isinstance(index, float) else name
             message = f"{at} is a signal of the machine or its PLC, which is not known here: it counts as 0"
             hint = f"check what the program does where {at} is not 0"
-            self.ip.warn_once(BlockError("variable-assumed", message, name, hint=hint))
+            self.ip.warn_once("variable-assumed", message, name, hint)
         return self._sent[name, index]

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import NO_MOTION
 from cncgen.gcode.state.systems import load_system
@@ -67,9 +66,7 @@ def _group_12(ip: Interpreter) -> float:
     """The coordinate system, as on Mitsubishi's and Mazak's controls; FANUC's have G66 and G67 in group 12, which no macro that was found asks
     for, and the systems in group 14."""
     message = "#4012 is read as the coordinate system, G54 to G59, as on Mitsubishi's controls; on FANUC's it tells of G66 and G67"
-    ip.warn_once(
-        BlockError("other-control", message, "#", hint="#4014 is the coordinate system of FANUC's controls")
-    )
+    ip.warn_once("other-control", message, "#", "#4014 is the coordinate system of FANUC's controls")
     return _system(ip)
 
 
@@ -106,9 +103,8 @@ def _timer(ip: Interpreter) -> float:
     """Count a millisecond each time the clock is read: reading a program takes no time, and loops that wait must end."""
     numbers = ip.parameters.numbers
     if not numbers[_TIMER]:
-        hint = "a wait of a known time is G4"
         message = f"#{_TIMER} counts a millisecond each time it is read, not the time of the machine"
-        ip.warn(BlockError("timer", message, "#", hint=hint), Severity.NOTE)
+        ip.note("timer", message, "#", "a wait of a known time is G4")
     numbers[_TIMER] += 1.0
     return numbers[_TIMER]
 
@@ -167,7 +163,7 @@ def read(ip: Interpreter, index: int) -> float:
         ip.parameters.untold = index
         message = f"#{index} tells of the control or the machine, and is not known here: it counts as 0"
         hint = "--parameters gives such a variable a value; the program may set it before it reads it"
-        ip.warn_once(BlockError("variable-assumed", message, "#", hint=hint), Severity.NOTE)
+        ip.note_once("variable-assumed", message, "#", hint)
     return value * ip.scale_of((index - 1) % 20) if _is_origin(index) else value
 
 
@@ -186,7 +182,7 @@ def store(ip: Interpreter, index: int, value: float) -> None:
         message = (
             f"#{index} is another variable than #{index - 10_000} here; on Haas's newer controls they are one"
         )
-        ip.warn_once(BlockError("other-control", message, "#", hint=f"write #{index - 10_000} alone"))
+        ip.warn_once("other-control", message, "#", f"write #{index - 10_000} alone")
     datum = _tool_datum(ip, index)
     if datum is not None:
         _set_tool(ip, *datum, value)
@@ -198,8 +194,7 @@ def store(ip: Interpreter, index: int, value: float) -> None:
     else:
         if index in _OLD_DATA:
             message = f"#{index} is the radius of a tool on some controls and an origin on others: here it is neither, and nothing moves by it"
-            hint = "#12001 and #13001 on are radii, #5221 on origins"
-            ip.warn_once(BlockError("other-control", message, "#", hint=hint))
+            ip.warn_once("other-control", message, "#", "#12001 and #13001 on are radii, #5221 on origins")
         ip.parameters.numbers[index] = value
         ip.parameters.stored.add(index)
 

@@ -213,8 +213,7 @@ def _number_of(q: str) -> float:
     found = float(q[2:]) + _OWN_NUMBERS[kind] if kind in _OWN_NUMBERS else float(q[1:]) or _FIRST
     if found >= _BEYOND:
         message = f"{q.upper()} is not read: Q parameters go up to Q{_BEYOND - 1}"
-        hint = "take a smaller number"
-        raise BlockError("parameter-number", message, column=_column(), hint=hint)
+        raise BlockError("parameter-number", message, column=_column(), hint="take a smaller number")
     return found
 
 
@@ -522,7 +521,7 @@ def _turns(tool: Value, cutting_speed: Value) -> Value:
             message = (
                 "VC of a program in INCH is read as metres a minute; a control may count it in feet a minute"
             )
-            ip.warn_once(BlockError("feed-inch", message, "S", hint="S1000 is a speed without doubt"))
+            ip.warn_once("feed-inch", message, "S", "S1000 is a speed without doubt")
         return (
             1000.0
             * evaluate(cutting_speed, p)
