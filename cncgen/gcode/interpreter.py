@@ -37,7 +37,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from cncgen.gcode.codes.heidenhain import Ended
     from cncgen.gcode.codes.plain_language import Plain
-    from cncgen.gcode.codes.saved import Saved
     from cncgen.gcode.flow.calls import Frame
     from cncgen.gcode.flow.o_words import FlowControl
     from cncgen.machine.tool_table import ToolTable
@@ -174,6 +173,10 @@ class Interpreter:
     def warn(self, code: str, message: str, word: str = "", hint: str = "") -> None:
         """Warn of a word of the block that is executed."""
         self.remark(BlockError(code, message, word, hint=hint), Severity.WARNING)
+
+    def fault(self, code: str, message: str, word: str = "", hint: str = "") -> None:
+        """Report an error on it that does not keep the block from going on."""
+        self.remark(BlockError(code, message, word, hint=hint), Severity.ERROR)
 
     def note(self, code: str, message: str, word: str = "", hint: str = "") -> None:
         """Add a note on such a word."""
@@ -355,12 +358,6 @@ class Interpreter:
     def call_level(self) -> int:
         """Return how many calls are in progress."""
         return len(self.flow.calls.frames) if self.flow else 0
-
-    def restore(self, saved: Saved) -> None:
-        """Bring back a modal state that M73 saved."""
-        from cncgen.gcode.codes.saved import restore
-
-        restore(self, saved)
 
     def end_compensation(self) -> None:
         """End cutter compensation: the motion that it still holds back is passed on."""

@@ -216,10 +216,6 @@ class Frames:
     added: Vector = NO_SHIFT
     axes: Positions | None = None
 
-    def copy(self) -> Frames:
-        """Return the same: frames do not change."""
-        return self
-
     def whole(self) -> Frame:
         """Return both as one."""
         return self.swivelled.then(self.programmable)

@@ -130,18 +130,15 @@ def expand(ip: Interpreter, text: str) -> str:
         if number is None and name is None:
             style = _STYLES.get(form, form[1:]) if form else style
             return ""
+        # The interpreter knows names without blanks, in lower case.
+        folded = re.sub(r"\s", "", name or "").lower()
         try:
-            value = ip.parameters.shown(int(number[:99])) if number else ip.parameters.name(_folded(name))
+            value = ip.parameters.shown(int(number[:99])) if number else ip.parameters.name(folded)
         except BlockError:
             return "######"
         return f"{0.0 if abs(value) < _LEAST else value:{style}}"
 
     return re.sub(_SHOWN, shown, text)
-
-
-def _folded(name: str) -> str:
-    """Return a parameter's name as the interpreter knows it: without blanks, in lower case."""
-    return re.sub(r"\s", "", name).lower()
 
 
 def start(ip: Interpreter, text: str) -> None:

@@ -40,13 +40,13 @@ def _check_plane(ip: Interpreter, block: Block, name: str) -> None:
             raise BlockError("spline-axes", message, letter.upper())
 
 
-def _pair(block: Block, letters: str, name: str, needed: bool) -> tuple[float, float] | None:
-    """Return two words that belong together, or None where neither is given."""
+def _pair(block: Block, letters: str, name: str) -> tuple[float, float]:
+    """Return two words that belong together."""
     given = [letter for letter in letters if letter in block.words]
-    if len(given) == 1 or (needed and not given):
+    if len(given) < 2:
         both = " and ".join(letters.upper())
         raise BlockError("spline-words", f"{name} needs both {both}", given[0].upper() if given else name)
-    return (block.words[letters[0]], block.words[letters[1]]) if given else None
+    return block.words[letters[0]], block.words[letters[1]]
 
 
 def cubic(ip: Interpreter, block: Block) -> None:
@@ -54,16 +54,15 @@ def cubic(ip: Interpreter, block: Block) -> None:
     state = ip.state
     _check_plane(ip, block, "G5")
     check_feed(ip, block, "G5")
-    first = _pair(block, "ij", "G5", needed=False)
-    if first is None:
+    if not block.words.keys().isdisjoint("ij"):
+        first = _pair(block, "ij", "G5")
+    elif state.cubic is not None and state.cubic[2] == state.position:
         # Without I J the curve goes on in the direction in which the last G5 ended.
-        if state.cubic is None or state.cubic[2] != state.position:
-            ip.warn("spline-words", "G5 has no I and J, and no G5 comes before it: taken as 0", "G5")
-            first = (0.0, 0.0)
-        else:
-            first = (-state.cubic[0], -state.cubic[1])
-    second = _pair(block, "pq", "G5", needed=True)
-    assert second is not None
+        first = (-state.cubic[0], -state.cubic[1])
+    else:
+        ip.warn("spline-words", "G5 has no I and J, and no G5 comes before it: taken as 0", "G5")
+        first = (0.0, 0.0)
+    second = _pair(block, "pq", "G5")
     end = ip.end_point(block)
     start = state.position
     state.cubic = (*second, end)
@@ -82,8 +81,7 @@ def quadratic(ip: Interpreter, block: Block) -> None:
     state = ip.state
     _check_plane(ip, block, "G5.1")
     check_feed(ip, block, "G5.1")
-    offset = _pair(block, "ij", "G5.1", needed=True)
-    assert offset is not None
+    offset = _pair(block, "ij", "G5.1")
     end, start = ip.end_point(block), state.position
     middle = [start[0] + offset[0], start[1] + offset[1], *start[2:]]
     points = [start, middle, end]
@@ -124,7 +122,7 @@ def _take(ip: Interpreter, block: Block, spline: OpenNurbs, opening: bool) -> No
         spline.order = round(order)
         if "x" not in words and "y" not in words:
             return
-    point = _pair(block, "xy", "G5.2", needed=True)
+    _pair(block, "xy", "G5.2")
     weight = words.get("p", 1.0 if explicit else 0.0)
     if weight <= 0.0:
         message = (
@@ -132,7 +130,6 @@ def _take(ip: Interpreter, block: Block, spline: OpenNurbs, opening: bool) -> No
         )
         hint = "write P1 where all control points weigh the same"
         raise BlockError("nurbs-weight", message, "P" if "p" in words else "X", hint=hint)
-    assert point is not None
     spline.points.append(ip.end_point(block))
     spline.weights.append(weight)
 

@@ -96,8 +96,10 @@ class Calls:
         parameters.named["_value"] = value
         parameters.named["_value_returned"] = 1.0 if returned else 0.0
         if frame.restore and frame.saved is not None:
+            from cncgen.gcode.codes.saved import restore
+
             self.flush()
-            self.ip.restore(frame.saved)
+            restore(self.ip, frame.saved)
         return Cursor(*frame.back)
 
     def give_up(self) -> None:

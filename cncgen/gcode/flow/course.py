@@ -6,34 +6,82 @@ dialect and FANUC's are computed while they are read, again each time. Any other
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
+from functools import cache, partial
 
 from cncgen.gcode.block import Parsed
 from cncgen.gcode.budget import LINE, PAUSE
+from cncgen.gcode.codes.table import language_of
 from cncgen.gcode.errors import Astray, BlockError
-from cncgen.gcode.flow.parts import Parts
-from cncgen.gcode.flow.reading import first_line
+from cncgen.gcode.flow.executing import Executor
+from cncgen.gcode.flow.faults import Faults
+from cncgen.gcode.flow.o_words import FlowControl
+from cncgen.gcode.flow.pending import PendingBlocks
+from cncgen.gcode.flow.reading import LineReader, Percent, first_line
+from cncgen.gcode.interpreter import Interpreter
+from cncgen.gcode.sinks.sink import Sink
+from cncgen.gcode.source import Source
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import BLOCKS, FEW_BLOCKS, empty_block
 from cncgen.kernels import gcode_scan
+from cncgen.toolpath.reading import ReadOptions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from cncgen.gcode.flow.line_by_line import LineRunner
+    from cncgen.gcode.flow.profile_lines import Take
     from cncgen.gcode.flow.recurrence import Recurrence
+    from cncgen.gcode.text.labels import Label
 
 
 class Course:
-    """Runs the lines of a program.
+    """Runs the lines of a program, the first of the texts; the arguments are those of `running.Runner`.
 
     Attributes:
+        ip, executor, pending, percent: The interpreter, what has it execute a block, the blocks that wait, the lines of ``%``.
         reached: The first line of the main program that was not run.
     """
 
-    def __init__(self, parts: Parts) -> None:
-        self._parts = parts
-        self._frames = parts.control.calls.frames
+    def __init__(
+        self,
+        sources: list[Source],
+        dialect: str,
+        options: ReadOptions,
+        sink: Sink,
+        faults: Faults,
+        *,
+        path: str | os.PathLike[str] | None,
+        batches: bool,
+        plain: bool,
+    ) -> None:
+        # The scanner does not tell 10 from 10. where the former counts in least increments: every line is parsed.
+        language = language_of(dialect)
+        increments = language == "fanuc" and options.least_increment is not None
+        self._by_line = increments or dialect == "heidenhain"
+        self._sources, self._faults = sources, faults
+        self.ip = ip = Interpreter(sink, options, faults.remark, dialect, plain=plain)
+        self._control = control = ip.flow = FlowControl(ip, sources, path)
+        self.executor = Executor(ip, control.calls, faults)
+        self._line_runner = cache(self._make_line_runner)
+        self.pending = PendingBlocks(
+            control,
+            sources,
+            self._line_runner,
+            self.executor,
+            faults,
+            batches=batches,
+            computes=not self._by_line,
+        )
+        self._lines = control.lines = LineReader(sources, language, increments=increments)
+        self.percent = Percent(ip, sources[0])
+        control.calls.flush = faults.flush = self.pending.flush
+        control.execute = self.executor.execute
+        control.run_profile = partial(_run_profile, control)
+        faults.recover = partial(_recover, ip, self._lines)
+        self._frames = control.calls.frames
         self._recurrence: Recurrence | None = None
-        self.reached = self._here = first_line(parts.ip, parts.sources[0])
+        self.reached = self._here = first_line(ip, sources[0])
         #: Lines run, and blocks counted before them, since a line was reached for the first time.
         self._since = self._begun = 0
         self._looked = False
@@ -42,9 +90,15 @@ class Course:
         #: Blocks of the next scan, at most.
         self._ahead = BLOCKS
 
+    def _make_line_runner(self) -> LineRunner:
+        """Return what runs lines one by one; programs whose lines are all plain or computed do not import the module."""
+        from cncgen.gcode.flow.line_by_line import LineRunner
+
+        return LineRunner(self._control, self.executor.execute)
+
     def resume(self) -> None:
         """Go on at the first line that was not run."""
-        self._parts.control.calls.give_up()
+        self._control.calls.give_up()
         self._here = self.reached
 
     def run(self) -> Iterator[None]:
@@ -53,16 +107,16 @@ class Course:
         Raises:
             Astray: The program can never go on: a round has changed nothing, or a fault keeps a loop from ending.
         """
-        parts, ip, pending = self._parts, self._parts.ip, self._parts.pending
+        ip, pending = self.ip, self.pending
         while not ip.state.ended:
             here = self._here
             forward = self._is_forward(here)
             if forward:
                 self.reached = here
-            if here.offset >= len(parts.sources[here.source]):
+            if here.offset >= len(self._sources[here.source]):
                 self._end_text(here)
                 return
-            if forward and not (pending.count or self._branched or parts.by_line):
+            if forward and not (pending.count or self._branched or self._by_line):
                 why = self._scan(here)
                 yield
                 if why != gcode_scan.OTHER:
@@ -82,46 +136,45 @@ class Course:
 
     def _end_text(self, here: Cursor) -> None:
         """End the main program at the end of its text; a subroutine is not finished there."""
-        self._parts.pending.flush()
+        self.pending.flush()
         if self._frames:
-            name = self._parts.sources[here.source].name
+            name = self._sources[here.source].name
             message = f"{name} ends within a subroutine"
             raise Astray(BlockError("sub-unfinished", message, hint="ENDSUB or M99?"))
         if here.source:
-            self._parts.ip.state.ended = True
+            self.ip.state.ended = True
 
     def _scan(self, here: Cursor) -> int:
         """Run plain blocks; return why the scanner stopped, FULL where they lead elsewhere."""
-        parts = self._parts
-        self.reached, why = parts.pending.scan(here, self._ahead)
-        parts.ip.budget.forward = self.reached.line
+        self.reached, why = self.pending.scan(here, self._ahead)
+        self.ip.budget.forward = self.reached.line
         self._since = 0
-        if parts.pending.has_words():
-            parts.percent.seen = True
-        place = parts.pending.run()
+        if self.pending.has_words():
+            self.percent.seen = True
+        place = self.pending.run()
         self._ahead = min(2 * self._ahead, BLOCKS) if place is None else FEW_BLOCKS
         if place is not None:
             # The text goes on behind the jump, wherever the scanner was.
-            self.reached = parts.lines.after(place)
+            self.reached = self._lines.after(place)
             why = gcode_scan.FULL
         self._here = self.reached
         if place is not None:
             try:
-                self._here = parts.control.follow_jump(place, self.reached) or self.reached
+                self._here = self._control.follow_jump(place, self.reached) or self.reached
             except BlockError as error:
-                parts.faults.fail(place, error)
+                self._faults.fail(place, error)
         return why
 
     def _compute(self, here: Cursor) -> bool:
         """Read on lines that are computed while they are read; tell whether there was one."""
         # A line of % is left at once: many programs have no other one that is not plain.
-        percent = self._parts.sources[here.source].data[here.offset] == ord("%")
-        found = None if percent else self._parts.pending.compute(here, self.reached, self._since)
+        percent = self._sources[here.source].data[here.offset] == ord("%")
+        found = None if percent else self.pending.compute(here, self.reached, self._since)
         if found is None:
             return False
         if found.reached != self.reached:
-            self._begun = self._parts.ip.budget.steps
-            self._parts.percent.seen = True
+            self._begun = self.ip.budget.steps
+            self.percent.seen = True
         self.reached, self._since, self._here = found.reached, found.since, found.end
         if found.back is not None:
             self._look(found.back, found.end)
@@ -129,52 +182,64 @@ class Course:
 
     def _run_line(self, here: Cursor) -> None:
         """Run a line that is neither plain nor computed; the line that it leads to is next."""
-        parts = self._parts
         following = here
         try:
-            if parts.pending.count and self._is_forward(here) and "o" not in parts.lines.text(here).lower():
+            if self.pending.count and self._is_forward(here) and "o" not in self._lines.text(here).lower():
                 # No O-word: from here on the scanner may go on, and it writes over blocks that wait.
-                parts.pending.flush()
+                self.pending.flush()
                 self._branched = False
                 return
-            following, text = parts.lines.after(here), parts.lines.text(here)
+            following, text = self._lines.after(here), self._lines.text(here)
             parsed = self._read(text)
             self._branched = parsed.is_o_word
             if self._is_forward(here):
                 self.reached = following
-                self._since, self._begun = 0, parts.ip.budget.steps
-                parts.ip.budget.forward = following.line
-                parts.ip.base.block = empty_block(here)
+                self._since, self._begun = 0, self.ip.budget.steps
+                self.ip.budget.forward = following.line
+                self.ip.base.block = empty_block(here)
             else:
                 self._since += 1
-            parts.ip.budget.count(1, LINE)
+            self.ip.budget.count(1, LINE)
             target = following
             if not text.lstrip().startswith("%"):
-                target = parts.line_runner().run(parsed, here, following) or following
+                target = self._line_runner().run(parsed, here, following) or following
             elif here.source == 0:
-                parts.percent.line(text, self.reached.offset)
+                self.percent.line(text, self.reached.offset)
         except BlockError as error:
-            following = target = parts.lines.after(here)
-            parts.faults.fail(here, error)
+            following = target = self._lines.after(here)
+            self._faults.fail(here, error)
         self._here = target
         if self._since >= PAUSE and target <= here:
             self._look(here, target)
 
     def _look(self, here: Cursor, back: Cursor) -> None:
         """Raise where a jump back finds everything as it was at the last one: the loop is endless."""
-        parts = self._parts
         self._since, self._looked = 0, True
-        parts.pending.flush()
+        self.pending.flush()
         if self._recurrence is None:
             from cncgen.gcode.flow.recurrence import Recurrence
 
-            self._recurrence = Recurrence(parts.ip, parts.faults, lambda: parts.control.calls.records)
+            self._recurrence = Recurrence(self.ip, self._faults, lambda: self._control.calls.records)
         self._recurrence.look(here, back, self._begun)
 
     def _read(self, text: str) -> Parsed:
         """Return the block of a line; none of a line of % or an empty one."""
-        parts, bare = self._parts, text.strip()
+        bare = text.strip()
         if bare.startswith("%"):
             return Parsed()
-        parts.percent.seen = True
-        return parts.lines.parse(text) if bare else Parsed()
+        self.percent.seen = True
+        return self._lines.parse(text) if bare else Parsed()
+
+
+def _run_profile(control: FlowControl, take: Take, first: Cursor, end: Cursor | Label, word: str) -> None:
+    """Run the lines of a profile; only programs of turning cycles import the module."""
+    from cncgen.gcode.flow.profile_lines import run_profile
+
+    run_profile(control, take, first, end, word)
+
+
+def _recover(ip: Interpreter, lines: LineReader, text: str) -> None:
+    """Put the modes of a faulty line in force; a program without faults does not import the module."""
+    from cncgen.gcode.flow.recovery import recover
+
+    recover(ip, lines.parse, text)

@@ -12,28 +12,13 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.lanes import PlainBlocks, empty_block
-from cncgen.gcode.text.line_runs import PARAMETERS, code_of
+from cncgen.gcode.text.line_runs import PARAMETERS, ProgramLines, code_of
 from cncgen.kernels.gcode_run import Computer
 from cncgen.kernels.language_store import LanguageStore
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Protocol
-
-    class _Runs(Protocol):
-        """The lines of a program, as far as they tell of runs."""
-
-        def __len__(self) -> int:
-            """Return how many they are."""
-
-        def run_at(self, at: int) -> tuple[Cursor, int] | None:
-            """Return the place of a line of a run, and how many begin with it."""
-
-        def place(self, at: int) -> Cursor:
-            """Return the place of a line."""
-
-        def index_of(self, number: int) -> int:
-            """Return the line of a number in the text."""
+    _Runs = ProgramLines[Any]
 
 
 #: M codes that precede the motion of their block, by the language: M5 and M9 follow it in Heidenhain's.

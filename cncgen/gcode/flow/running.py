@@ -10,7 +10,6 @@ from cncgen.gcode.block import Block
 from cncgen.gcode.doubts import tell
 from cncgen.gcode.errors import Astray, BlockError, Stop
 from cncgen.gcode.flow.course import Course
-from cncgen.gcode.flow.parts import Parts
 from cncgen.gcode.flow.reading import tell_of_rest
 from cncgen.gcode.flow.run import Run
 from cncgen.gcode.sinks.sink import Sink
@@ -30,9 +29,9 @@ class Runner(Run):
     batches = True
 
     def _assemble(self, sink: Sink) -> None:
-        """Put the parts of the run together."""
+        """Make the course."""
         choice, options = self._choice, self._options
-        self._parts = Parts(
+        self._course = Course(
             self.sources,
             choice.dialect,
             options,
@@ -44,8 +43,7 @@ class Runner(Run):
             and not options.stand_alone
             and (choice.dialect, choice.reason) == ("linuxcnc", ""),
         )
-        self.ip = self._parts.ip
-        self._course = Course(self._parts)
+        self.ip = self._course.ip
 
     def run(self) -> Iterator[None]:
         """Run to the end; yields now and then, so that rows can be taken away."""
@@ -69,7 +67,7 @@ class Runner(Run):
                 yield from self._course.run()
                 return
             except Astray as astray:
-                self._parts.pending.flush()
+                self._course.pending.flush()
                 if astray.error is not None:
                     self._faults.here(astray.error)
                 self._course.resume()
@@ -84,15 +82,15 @@ class Runner(Run):
 
     def _finish(self) -> None:
         """Report missing parts at the end of the text, and save the parameters on request."""
-        source, parts = self.sources[0], self._parts
-        last = Cursor(0, _last_line(source), max(self._course.reached.line - 1, 1))
+        source, course = self.sources[0], self._course
+        last = Cursor(0, _last_line(source), max(course.reached.line - 1, 1))
         try:
             self.ip.end_compensation()
         except BlockError as error:
             self._faults.at(last, error)
         if self.ip.guard is not None:
-            parts.executor.guarded(Block({}, m=(20,), line=last.line, offset=last.offset))
-        if not parts.percent.seen:
+            course.executor.guarded(Block({}, m=(20,), line=last.line, offset=last.offset))
+        if not course.percent.seen:
             self._faults.at(Cursor(0, 0, 1), BlockError("empty-program", f"{source.name} has no block"))
         elif not self.ip.state.ended:
             self.ip.base.block = Block({}, line=last.line, offset=last.offset)

@@ -6,7 +6,6 @@ next line.
 
 from __future__ import annotations
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Flow, evaluate, program_names
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow import macros, repeats
@@ -31,13 +30,11 @@ def define(control: FlowControl, flow: Flow, here: Cursor, after: Cursor) -> Cur
     first = labels.first(label, ("sub",), subroutines.resolved)
     if first is not None and first.cursor != here:
         message = f"subroutine o{shown(label)} is defined in line {first.cursor.line} already"
-        error = BlockError("oword-duplicate", message, "O", hint="give it another name")
-        control.ip.remark(error, Severity.ERROR)
+        control.ip.fault("oword-duplicate", message, "O", "give it another name")
         return end.after
     if labels.has_sub_between(here.offset, end.cursor.offset):
         hint = "close the outer one first; it may call the inner one all the same"
-        error = BlockError("oword-nested-sub", "a subroutine is defined within a subroutine", "O", hint=hint)
-        control.ip.remark(error, Severity.ERROR)
+        control.ip.fault("oword-nested-sub", "a subroutine is defined within a subroutine", "O", hint)
     return end.after
 
 
@@ -49,8 +46,7 @@ def _unclosed(control: FlowControl, label: Label, here: Cursor) -> Cursor | None
     hint = f"it must stand below, with the label o{shown(label)}"
     if end is not None:
         hint += f"; line {end.cursor.line} has the ENDSUB of another label"
-    fault = BlockError("oword-unmatched", f"o{shown(label)} has no ENDSUB", "O", hint=hint)
-    control.ip.remark(fault, Severity.ERROR)
+    control.ip.fault("oword-unmatched", f"o{shown(label)} has no ENDSUB", "O", hint)
     return end.after if end is not None else None
 
 
@@ -103,9 +99,7 @@ def follow_jump(control: FlowControl, here: Cursor, after: Cursor) -> Cursor | N
     jump, ip.jump = ip.jump, None
     if jump.kind == "past":
         last = macros.line_numbered(control, here, jump.number, "Q")
-        return Cursor(
-            last.source, control.subroutines.sources[last.source].line_end(last.offset) + 1, last.line + 1
-        )
+        return control.lines.after(last)
     if jump.kind == "line":
         target = macros.line_numbered(control, here, jump.number, "P")
         return None if repeats.waits(control, here, target, ip.parameters.untold, "M96") else target
@@ -137,8 +131,7 @@ def follow_jump(control: FlowControl, here: Cursor, after: Cursor) -> Cursor | N
             raise
         from cncgen.gcode.codes.probing import measures
 
-        block = empty_block(here)
-        if not measures(ip, block, jump.number, values):
+        if not measures(ip, empty_block(here), jump.number, values):
             raise
         return after
     calls.frame.modal = jump.kind == "modal"
@@ -163,6 +156,5 @@ def _call_number(
     begin = target.cursor if target.keyword == "program" else target.after
     if jump.line >= 0:
         begin = macros.line_numbered(control, begin, jump.line, "Q")
-    frame = control.calls.enter(label, after, values)
-    frame.again = (begin, jump.times - 1)
+    control.calls.enter(label, after, values).again = (begin, jump.times - 1)
     return begin

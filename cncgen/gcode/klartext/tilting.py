@@ -42,25 +42,8 @@ class Turning:
 
 #: The words that say it.
 WORDS = frozenset(
-    (
-        "MOVE",
-        "TURN",
-        "STAY",
-        "DIST",
-        "ABST",
-        "F",
-        "FMAX",
-        "FAUTO",
-        "MAX",
-        "AUTO",
-        "MB",
-        "SEQ±",
-        "SYM±",
-        "COORD",
-        "TABLE",
-        "ROT",
-    )
-)
+    ("MOVE", "TURN", "STAY", "DIST", "ABST", "F", "FMAX", "FAUTO", "MAX", "AUTO", "MB", "SEQ±", "SYM±", "COORD", "TABLE", "ROT")
+)  # fmt: skip
 
 
 def words_of(words: Sequence[Raw], now: Callable[[Value], float]) -> Turning:

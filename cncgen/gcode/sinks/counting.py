@@ -130,15 +130,12 @@ class CountingSink:
                 (self._named if letter in words else self.unnamed).add(k)
         for angle, rest in zip(end[_ROTARY], self._rest[_ROTARY], strict=True):
             self.turned = self.turned or abs(angle - rest) > self.longest_turn
-        self._creep(end)
-        self._rest = list(end)
-        self._reach(end)
-
-    def _creep(self, end: Point) -> None:
-        """Look at the part of a feed along all axes that is left for X Y Z (else U V W)."""
+        # The part of a feed along all axes that is left for X Y Z (else U V W).
         way = [abs(new - old) for new, old in zip(end, self._rest, strict=True)]
         linear = max(way[:3]) or max(way[6:])
         self.far = self.far or 0.0 < linear < _CREEP * max(way[_ROTARY])
+        self._rest = list(end)
+        self._reach(end)
 
     def _reach(self, point: Sequence[float]) -> None:
         """Look at a place or an offset."""

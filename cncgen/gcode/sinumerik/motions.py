@@ -56,23 +56,8 @@ _MOTIONS = {0: "G0", 1: "G1", 2: "G2", 3: "G3", 33: "G33", 331: "G331", 332: "G3
 _PLAIN = {"G0": 0, "G1": 10, "G2": 20, "G3": 30}
 #: Words that mean nothing where nothing uses them, as the feed of a corner in a block without one.
 _IDLE = frozenset(
-    [
-        "FRC",
-        "H",
-        *(f"H{k}" for k in range(100)),
-        "SPOS",
-        "SPOSA",
-        "LIMS",
-        "DISC",
-        "FAD",
-        "OTOL",
-        "CTOLG0",
-        "OTOLG0",
-        "STOLF",
-        "N",
-        "ALF",
-    ]
-)
+    ("FRC", "H", *(f"H{k}" for k in range(100)), "SPOS", "SPOSA", "LIMS", "DISC", "FAD", "OTOL", "CTOLG0", "OTOLG0", "STOLF", "N", "ALF")
+)  # fmt: skip
 #: Codes of motions at a feed.
 _FED = frozenset((10, 20, 30, 50))
 #: The state that a contour may change while it is only examined.
@@ -253,7 +238,7 @@ class Motions:
         """Return the state that SAVE of PROC brings back: modes, frame, motion."""
         state = self.ip.state
         modes = state.plane, state.feed, state.feed_mode, self.path, state.system
-        return _Kept(self.motion, self.absolute, self.frames.copy(), *modes)
+        return _Kept(self.motion, self.absolute, self.frames, *modes)
 
     def fields(self) -> dict[str, Any]:
         """Return the state that a contour may change while it is only examined."""
@@ -322,7 +307,7 @@ class Motions:
             name, arguments = self.modal
             # A subprogram ends the state when it is left (`running`); its own motions call nothing.
             self.in_modal = True
-            self._run_call(name, arguments, 1)
+            self.run_call(name, arguments, 1)
             if name in _CYCLES:
                 self.in_modal = False
         return ended
@@ -435,9 +420,9 @@ class Motions:
     def _call(self, words: Words) -> None:
         for name, arguments in words.calls:
             times = words.named.pop("P", ("", 1.0))[1]
-            self._run_call(name, arguments, round(times))
+            self.run_call(name, arguments, round(times))
 
-    def _run_call(self, name: str, arguments: tuple[Value | None, ...] | None, times: int) -> None:
+    def run_call(self, name: str, arguments: tuple[Value | None, ...] | None, times: int) -> None:
         """Run a cycle, a command with arguments, or a subprogram."""
         if commands.CALLS.get(name) is commands.nothing:
             return
@@ -466,10 +451,6 @@ class Motions:
         else:
             commands.check_name(name)
             self.begin_call(name, arguments, times)
-
-    def run_call(self, name: str, arguments: tuple[Value | None, ...] | None, times: int) -> None:
-        """Run a call of a command word."""
-        self._run_call(name, arguments, times)
 
     # Modes and technology.
 

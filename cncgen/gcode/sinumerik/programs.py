@@ -17,15 +17,9 @@ from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.line_runs import ProgramLines, RunScan, numbers_found
 from cncgen.grammars.terminals import SINUMERIK as TERMINALS
 
-_CLOSES = {
-    "endif": "if",
-    "else": "if",
-    "endloop": "loop",
-    "endfor": "for",
-    "endwhile": "while",
-    "until": "repeat",
-}
-_OPENS = ("if", "loop", "for", "while", "repeat")
+_CLOSES = {"endif": "if", "else": "if", "endloop": "loop", "endfor": "for", "endwhile": "while", "until": "repeat"}  # fmt: skip
+#: The ends of what opens, as programs write them.
+_OPENS = {"if": "ENDIF", "loop": "ENDLOOP", "for": "ENDFOR", "while": "ENDWHILE", "repeat": "UNTIL"}
 #: Lines that lead to others, apart from loops and branches.
 _LEADING = ("jump", "if-jump", "case")
 #: Suffixes of files with subprograms, the best first.
@@ -275,11 +269,8 @@ def _connect(program: Program) -> Faults:
             else:
                 program.other.setdefault(at, begin)
     for kind, at in open_lines:
-        end = {"if": "ENDIF", "loop": "ENDLOOP", "for": "ENDFOR", "while": "ENDWHILE", "repeat": "UNTIL"}[
-            kind
-        ]
         program.other[at] = len(program.lines)
-        message = f"{kind.upper()} has no {end}"
-        error = BlockError("flow-unmatched", message, kind.upper(), hint=f"{end} closes it, below")
+        name, end = kind.upper(), _OPENS[kind]
+        error = BlockError("flow-unmatched", f"{name} has no {end}", name, hint=f"{end} closes it, below")
         faults.append((program.lines[at].here, error))
     return faults

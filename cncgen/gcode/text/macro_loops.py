@@ -88,28 +88,23 @@ class Loops:
 
 def end_of(control: FlowControl, value: float, here: Cursor) -> Cursor:
     """Return the line behind the END of a DO; raise where it has none, or stands in a loop of its own number."""
-    number = _checked(value, "DO")
-    hint = f"a loop ends with a block END {number} in the same program"
-    missing = BlockError("loop-unmatched", f"DO {number} has no END {number}", "DO", hint=hint)
-    return _partner(control, here, missing).after
+    return _partner(control, value, here, "DO", "END", "ends with a block END {} in the same program").after
 
 
 def begin_of(control: FlowControl, value: float, here: Cursor) -> Cursor:
     """Return the line of the DO of an END; raise where it has none, or their loop overlaps with another one."""
-    number = _checked(value, "END")
-    hint = f"a loop begins with WHILE[…] DO {number}, or DO {number}"
-    missing = BlockError("loop-unmatched", f"END {number} has no DO {number}", "END", hint=hint)
-    return _partner(control, here, missing).cursor
+    return _partner(control, value, here, "END", "DO", "begins with WHILE[…] DO {0}, or DO {0}").cursor
 
 
-def _partner(control: FlowControl, here: Cursor, missing: BlockError) -> Marked:
-    """Return the other end of the loop whose DO or END stands here."""
+def _partner(control: FlowControl, value: float, here: Cursor, word: str, other: str, how: str) -> Marked:
+    """Return the other end of the loop whose DO or END, the word, stands here."""
+    number = _checked(value, word)
     loops = control.subroutines.labels(here.source).loops
-    fault = loops.faults.get(here.offset)
-    if fault is None and here.offset not in loops.partner:
-        fault = missing
-    if fault is not None:
-        raise fault
+    if here.offset in loops.faults:
+        raise loops.faults[here.offset]
+    if here.offset not in loops.partner:
+        message = f"{word} {number} has no {other} {number}"
+        raise BlockError("loop-unmatched", message, word, hint=f"a loop {how.format(number)}")
     return loops.partner[here.offset]
 
 
