@@ -53,7 +53,8 @@ def _distance(ip: Interpreter, block: Block, mode: str, absolute: bool) -> None:
         ip.sink.call(f'COMMENT("interpreter: {said} mode changed to {kind}")')
 
 
-def _exact(ip: Interpreter, block: Block, mode: PathMode) -> None:
+def _path(ip: Interpreter, block: Block, mode: PathMode) -> None:
+    """G61, G61.1; and G62 and G63 of FANUC: continuous, with the machine's tolerance; their overrides are not modelled."""
     ip.state.path_mode, ip.state.tolerance = mode, None
     ip.sink.set_motion_control_mode(mode, None, None)
 
@@ -74,12 +75,6 @@ def continuous(ip: Interpreter, block: Block) -> None:
     state.path_mode, state.tolerance = PathMode.CONTINUOUS, tolerance
     state.naive = tolerance if naive is None else naive
     ip.sink.set_motion_control_mode(PathMode.CONTINUOUS, tolerance, naive)
-
-
-def cutting(ip: Interpreter, block: Block) -> None:
-    """G62 and G63 of FANUC: continuous, with the machine's tolerance; their overrides are not modelled."""
-    ip.state.path_mode, ip.state.tolerance = PathMode.CONTINUOUS, None
-    ip.sink.set_motion_control_mode(PathMode.CONTINUOUS, None, None)
 
 
 def stop_once(ip: Interpreter, block: Block) -> None:
@@ -119,14 +114,15 @@ CODES = (
         restores=("arc_absolute", True)),
     Code("G", 911, "arc distance", Stage.DISTANCE, partial(_distance, mode="arc distance", absolute=False),
         "I J K are distances from the start", restores=("arc_absolute", False)),
-    Code("G", 610, "path", Stage.PATH, partial(_exact, mode=PathMode.EXACT_PATH), "exact path", dialects=("linuxcnc",), waits=True,
+    Code("G", 610, "path", Stage.PATH, partial(_path, mode=PathMode.EXACT_PATH), "exact path", dialects=("linuxcnc",), waits=True,
         refused=CHANGES_PATH_MODE, restores=("path", PathMode.EXACT_PATH)),
-    Code("G", 611, "path", Stage.PATH, partial(_exact, mode=PathMode.EXACT_STOP), "exact stop at the end of each motion",
+    Code("G", 611, "path", Stage.PATH, partial(_path, mode=PathMode.EXACT_STOP), "exact stop at the end of each motion",
         dialects=("linuxcnc",), refused=CHANGES_PATH_MODE, restores=("path", PathMode.EXACT_STOP)),
-    Code("G", 610, "path", Stage.PATH, partial(_exact, mode=PathMode.EXACT_STOP), "exact stop at the end of each motion",
+    Code("G", 610, "path", Stage.PATH, partial(_path, mode=PathMode.EXACT_STOP), "exact stop at the end of each motion",
         dialects=("fanuc",)),
-    Code("G", 620, "path", Stage.PATH, cutting, "automatic corner override: as G64", dialects=("fanuc",)),
-    Code("G", 630, "path", Stage.PATH, cutting, "tapping mode: as G64", dialects=("fanuc",), pitched=True),
+    Code("G", 620, "path", Stage.PATH, partial(_path, mode=PathMode.CONTINUOUS), "automatic corner override: as G64", dialects=("fanuc",)),
+    Code("G", 630, "path", Stage.PATH, partial(_path, mode=PathMode.CONTINUOUS), "tapping mode: as G64", dialects=("fanuc",),
+        pitched=True),
     Code("G", 90, "exact stop", Stage.PATH, stop_once, "exact stop at the end of this block", dialects=("fanuc",), after=go_on),
     Code("G", 640, "path", Stage.PATH, continuous, "continuous path within P", "pq", waits=True, refused=CHANGES_PATH_MODE,
         restores=("path", PathMode.CONTINUOUS)),

@@ -54,7 +54,9 @@ def table(ip: Interpreter, block: Block) -> None:
         raise BlockError("g10-words", "G10 has no L: what should be set?", "G10")
     kind = whole(block, "l", "G10")
     if kind == 0:
-        reload_tools(ip)
+        # What G10 has changed is forgotten.
+        ip.tools = tools_of(ip.options.tool_table, ip.options.stand_alone)
+        ip.sink.call("RELOAD_TOOLDATA()")
         return
     if "p" not in block.words:
         raise BlockError("g10-words", "G10 has no P: which one should be set?", "G10")
@@ -64,12 +66,6 @@ def table(ip: Interpreter, block: Block) -> None:
         _set_tool(ip, block, kind)
     else:
         raise BlockError("g10-words", f"L{kind} of G10: L is 0, 1, 2, 10, 11 or 20", "L")
-
-
-def reload_tools(ip: Interpreter) -> None:
-    """G10 L0: read the tool table again, and forget G10's changes to it."""
-    ip.tools = tools_of(ip.options.tool_table, ip.options.stand_alone)
-    ip.sink.call("RELOAD_TOOLDATA()")
 
 
 def _set_system(ip: Interpreter, block: Block, kind: int) -> None:

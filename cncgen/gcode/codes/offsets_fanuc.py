@@ -164,16 +164,11 @@ def local(ip: Interpreter, block: Block) -> None:
     set_g92(ip, offset)
 
 
-def name_position(ip: Interpreter, block: Block) -> None:
-    """G92: all work coordinate systems move so that the position gets these coordinates; the local system ends.
+def preset_position(ip: Interpreter, block: Block, name: str) -> None:
+    """G92, which lathes call G50: all work coordinate systems move so that the position gets these coordinates; the local system ends.
 
     Without axes, S is the largest speed in G96.
     """
-    preset_position(ip, block, "G92")
-
-
-def preset_position(ip: Interpreter, block: Block, name: str) -> None:
-    """Do as G92 does, which lathes call G50."""
     state = ip.state
     axes = block.axes()
     if "s" in block.words:
@@ -216,7 +211,7 @@ CODES = (
     Code("G", 110, "non-modal", Stage.REFERENCE, end_data, "end of the data of G10", dialects=_FANUC),
     Code("G", 520, "non-modal", Stage.REFERENCE, local, "local coordinate system", AXES, "own", dialects=_FANUC,
         refused=CHANGES_ORIGIN),
-    Code("G", 920, "non-modal", Stage.REFERENCE, name_position, "name the position; S is the largest speed of G96", AXES + "s",
+    Code("G", 920, "non-modal", Stage.REFERENCE, partial(preset_position, name="G92"), "name the position; S is the largest speed of G96", AXES + "s",
         "own", dialects=_FANUC, takes="s", refused=CHANGES_ORIGIN, without="lathes"),
     Code("G", 921, "non-modal", Stage.REFERENCE, preset, "forget the offsets of G92 and G52, of the axes given", AXES, "own",
         dialects=_FANUC, refused=CHANGES_OFFSETS),

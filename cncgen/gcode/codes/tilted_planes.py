@@ -24,8 +24,8 @@ from cncgen.records import replace
 #: Orders of Q, digits of the axes.
 _ORDERS = (123, 132, 213, 231, 312, 321)
 _UNIT = affine.UNIT
-#: Numbers Q of the blocks of P2 (0 may be left out) and P3.
-_BLOCKS = {2: (0, 1, 2, 3), 3: (1, 2)}
+#: Numbers Q of the first block and the last one of P2 (0 may be left out) and P3.
+_FIRST, _LAST = {2: (0, 1), 3: (1,)}, {2: 3, 3: 2}
 _HINT = "P2: Q1 the origin, Q2 towards X, Q3 on the side of Y; P3: Q1 X Y Z the origin and I J K along X, Q2 I J K along Z"
 #: The code that turns the rotary axes into the plane of another one.
 _ALIGNS = {"G68.2": "G53.1", "G268": "G253"}
@@ -73,15 +73,10 @@ def _gathered(ip: Interpreter, block: Block) -> affine.Frame | None:
     """
     kind, step = whole(block, "p", "G68.2"), whole(block, "q", "G68.2") if "q" in block.words else -1
     places = ip.plane_blocks
-    if step == min(_BLOCKS[kind]) or (kind == 2 and step == 1 and set(places) != {(2, 0)}):
+    begins = step in _FIRST[kind] and (step == _FIRST[kind][0] or set(places) != {(2, 0)})
+    if begins:
         places.clear()
-    begins = not places and step in ((0, 1) if kind == 2 else (1,))
-    goes_on = (
-        bool(places)
-        and step in _BLOCKS[kind]
-        and sorted(places) == [(kind, k) for k in range(min(places)[1], step)]
-    )
-    if not begins and not goes_on:
+    if not begins and (not places or sorted(places) != [(kind, k) for k in range(min(places)[1], step)]):
         message = f"G68.2 P{kind} Q{step} does not go on from the block before it"
         if step < 0:
             message = f"G68.2 P{kind} has no Q, which counts its blocks"
@@ -90,30 +85,34 @@ def _gathered(ip: Interpreter, block: Block) -> affine.Frame | None:
     places[kind, step] = _vector(block, letters)
     if kind == 3 and step == 1:
         ip.plane_origin = _vector(block, "xyz")
-    if "r" in block.words:
-        ip.plane_turn = block.words["r"]
-    elif step == min(_BLOCKS[kind]) or (kind == 2 and step == 1 and (2, 0) not in places):
-        ip.plane_turn = 0.0
-    if step != max(_BLOCKS[kind]):
+    ip.plane_turn = block.words.get("r", 0.0 if begins else ip.plane_turn)
+    if step != _LAST[kind]:
         return None
-    shift: affine.Vector = (0.0, 0.0, 0.0)
-    if kind == 2:
-        first, second, third = (places[2, k] for k in (1, 2, 3))
-        origin, shift = first, places.get((2, 0), shift)
-        x = _direction(_between(first, second), "the points Q1 and Q2")
-        z = _direction(affine.cross(x, _between(first, third)), "the three points")
-        if any(shift) and ip.plane_turn:
-            message = "G68.2 P2 with a shift Q0 and a turn R at once is not read"
-            raise BlockError("plane-points", message, "R", hint="put the shift into the points")
-    else:
-        origin, z = ip.plane_origin, _direction(places[3, 2], "I J K of Q2")
-        x = _direction(places[3, 1], "I J K of Q1")
-        if abs(sum(p * q for p, q in zip(x, z, strict=True))) > _SQUARE:
-            message = "the directions of X and Z of G68.2 P3 are not square to each other"
-            raise BlockError("plane-points", message, "P", hint=_HINT)
+    x, z, origin = _of_points(ip) if kind == 2 else _of_directions(ip)
+    shift = places.get((2, 0), affine.NO_SHIFT)
     places.clear()
     axes = affine.Frame(affine.of_columns(x, affine.cross(z, x), z), origin)
     return axes.then(affine.Frame(affine.turn(2, ip.plane_turn), shift))
+
+
+def _of_points(ip: Interpreter) -> tuple[affine.Vector, affine.Vector, affine.Vector]:
+    """Return the directions of X and Z and the origin of the plane through the points Q1 to Q3 of P2."""
+    first, second, third = (ip.plane_blocks[2, k] for k in (1, 2, 3))
+    x = _direction(_between(first, second), "the points Q1 and Q2")
+    z = _direction(affine.cross(x, _between(first, third)), "the three points")
+    if any(ip.plane_blocks.get((2, 0), ())) and ip.plane_turn:
+        message = "G68.2 P2 with a shift Q0 and a turn R at once is not read"
+        raise BlockError("plane-points", message, "R", hint="put the shift into the points")
+    return x, z, first
+
+
+def _of_directions(ip: Interpreter) -> tuple[affine.Vector, affine.Vector, affine.Vector]:
+    """Return the directions of X and Z, Q1 and Q2 of P3, and the origin; raise where they are not square to each other."""
+    z, x = (_direction(ip.plane_blocks[3, k], f"I J K of Q{k}") for k in (2, 1))
+    if abs(sum(p * q for p, q in zip(x, z, strict=True))) > _SQUARE:
+        message = "the directions of X and Z of G68.2 P3 are not square to each other"
+        raise BlockError("plane-points", message, "P", hint=_HINT)
+    return x, z, ip.plane_origin
 
 
 def _between(a: affine.Vector, b: affine.Vector) -> affine.Vector:
@@ -126,7 +125,7 @@ def tilt(ip: Interpreter, block: Block, name: str = "G68.2") -> None:
         message = f"{name} does not go with G68, G51, G51.1, G43.4, or cutter compensation"
         raise BlockError("frame-compensation", message, name, hint="end them before")
     frame = affine.Frame(_UNIT, _vector(block, "xyz"))
-    if block.words.get("p") in _BLOCKS:
+    if block.words.get("p") in _LAST:
         gathered = _gathered(ip, block)
         if gathered is None:
             return

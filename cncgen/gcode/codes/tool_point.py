@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 
 from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.budget import MOTION
@@ -105,7 +106,7 @@ class ToolPointSink(FollowedSink):
 
 
 def turn_on(ip: Interpreter, block: Block, name: str = "G43.4") -> None:
-    """G43.4 H, which other controls call by other names.
+    """G43.4 H, which other controls call by other names: Haas's five-axis mills G234 H (UMC operator's supplement).
 
     Without the kinematics of a machine it is refused, or X Y Z stay places of the tip where no machine will move (`ReadOptions.tips_alone`).
     """
@@ -121,11 +122,6 @@ def turn_on(ip: Interpreter, block: Block, name: str = "G43.4") -> None:
             raise BlockError("tcp-machine", message, name, hint=hint)
         message = f"{name}: X Y Z are read as places of the tool's tip; no kinematics say what the slides do as rotary axes turn"
         ip.warn_once("tcp-machine", message, name, hint)
-
-
-def turn_on_haas(ip: Interpreter, block: Block) -> None:
-    """G234 H of Haas's five-axis mills (UMC operator's supplement, "G234 Tool Center Point Control")."""
-    turn_on(ip, block, "G234")
 
 
 def turn_on_directions(ip: Interpreter, block: Block) -> None:
@@ -244,7 +240,7 @@ CODES = (
         takes="h", moves="XYZ", refused=("follows the tool's tip", ROTARY_PATH), without="lathes"),
     Code("G", _DIRECTIONS, "tool length", Stage.TOOL_LENGTH, turn_on_directions, "tool centre point control with directions I J K of the tool", "hijkq",
         dialects=_FANUC, takes="h", moves="XYZrotary", refused=("follows the tool's tip", ROTARY_PATH), without="lathes"),
-    Code("G", 2340, "tool length", Stage.TOOL_LENGTH, turn_on_haas, "tool centre point control with the length H (Haas)", "h",
+    Code("G", 2340, "tool length", Stage.TOOL_LENGTH, partial(turn_on, name="G234"), "tool centre point control with the length H (Haas)", "h",
         dialects=_FANUC, takes="h", moves="XYZ", refused=("follows the tool's tip", ROTARY_PATH), without="lathes"),
     Code("G", 490, "tool length", Stage.TOOL_LENGTH, length_off, "no tool offset, no tool centre point control", dialects=_FANUC,
         without="lathes"),

@@ -28,7 +28,12 @@ if TYPE_CHECKING:
 
 _BITS = {"r": gcode_codes.GIVEN_R, "p": gcode_codes.GIVEN_P, "q": gcode_codes.GIVEN_Q}
 
-
+#: Asides that are a word, and the code whose handler takes it.
+_OF_A_WORD = {
+    gcode_codes.ASIDE_SPEED: ("s", ("S", 0)),
+    gcode_codes.ASIDE_TOOL: ("t", ("T", 0)),
+    gcode_codes.ASIDE_DWELL: ("p", ("G", 40)),
+}
 #: Called with motions that were made: where they began, and their columns of motions, ends and centres.
 Made = Callable[[list[float], memoryview, memoryview, memoryview], None]
 
@@ -217,15 +222,10 @@ class Batches:
             from cncgen.gcode.codes.canned_cycles import wait
 
             wait(ip, value)
-        elif kind == gcode_codes.ASIDE_SPEED:
-            block.words["s"] = value
-            ip.codes["S", 0].run(ip, block)
-        elif kind == gcode_codes.ASIDE_TOOL:
-            block.words["t"] = value
-            ip.codes["T", 0].run(ip, block)
-        elif kind == gcode_codes.ASIDE_DWELL:
-            block.words["p"] = value
-            ip.codes["G", 40].run(ip, block)
+        elif kind in _OF_A_WORD:
+            letter, code = _OF_A_WORD[kind]
+            block.words[letter] = value
+            ip.codes[code].run(ip, block)
         else:
             ip.codes["M" if kind < 10 else "G", 10 * kind].run(ip, block)
 

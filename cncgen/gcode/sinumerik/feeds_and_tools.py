@@ -61,22 +61,8 @@ def modal_values(motions: Motions, words: Words) -> None:
 
 
 def take(motions: Motions, words: Words) -> None:
-    """Take F, S, T, D; tools of other spindles than the first are passed over."""
-    for store in (words.texts, words.named):
-        if "T1" in store:
-            store["T"] = store.pop("T1")  # type: ignore[assignment]
-        store.pop("T2", None)
-        store.pop("T3", None)
-    if "T" in words.texts:
-        name = words.texts.pop("T")
-        found = motions.ip.tools.named(name)
-        if found is None:
-            message = (
-                f'the tool "{name}" has no length and no radius: no remark of the tool table is that name'
-            )
-            hint = "T and a number takes one of --tool-table; further names are not reported"
-            motions.ip.note_once("tool-name", message, "T", hint)
-        words.named.setdefault("T", ("", float(found or 0)))
+    """Take F, S, T, D."""
+    _take_tool_name(motions, words)
     feed = words.named.pop("F", None) if 4 not in words.g else None
     if "FZ" in words.named:
         feed = "", _feed_of_teeth(motions, words.named.pop("FZ")[1])
@@ -107,6 +93,25 @@ def take(motions: Motions, words: Words) -> None:
         commands.take_edge(motions)
     if cut is not None:
         _cut_at(motions, cut[1])
+
+
+def _take_tool_name(motions: Motions, words: Words) -> None:
+    """Take the number of a tool by its name; tools of other spindles than the first are passed over."""
+    for store in (words.texts, words.named):
+        if "T1" in store:
+            store["T"] = store.pop("T1")  # type: ignore[assignment]
+        store.pop("T2", None)
+        store.pop("T3", None)
+    if "T" in words.texts:
+        name = words.texts.pop("T")
+        found = motions.ip.tools.named(name)
+        if found is None:
+            message = (
+                f'the tool "{name}" has no length and no radius: no remark of the tool table is that name'
+            )
+            hint = "T and a number takes one of --tool-table; further names are not reported"
+            motions.ip.note_once("tool-name", message, "T", hint)
+        words.named.setdefault("T", ("", float(found or 0)))
 
 
 def _cut_at(motions: Motions, speed: float) -> None:

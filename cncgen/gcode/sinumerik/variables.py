@@ -189,33 +189,18 @@ class Store:
         state = self.ip.state
         if name in _PLANE_AXES and not indices:
             return {17: "XYZ", 18: "ZXY", 19: "YZX"}[state.plane][_PLANE_AXES.index(name)]
-        axis = AXIS_INDEX.get(str(indices[0]).lower()) if len(indices) == 1 else None
-        if name in _PLACES and axis is not None:
-            return (state.position if _PLACES[name] == "program" else self.ip.machine_position())[axis]
-        if name in measuring.PLACES and axis is not None and self.touched is not None:
-            return self.touched[measuring.PLACES[name]][axis]
-        if name == measuring.SWITCHED and len(indices) == 1:
-            return float(self.touched is not None)
+        if len(indices) == 1 and (found := self._of_index(name, indices[0])) is not None:
+            return found
         if name == frame_variables.ORIGINS:
             return frame_variables.part(self.ip, indices)
         if name in _COUNTERS:
             message = f"{name} is read as 0: the control's times and counters of parts do not run here"
             self.ip.warn_once("counter-stands", message, name, "check what the program does with it")
             return 0.0
-        if (name in _INPUTS or name in _OUTPUTS) and len(indices) == 1:
-            return self._signal(name, indices[0])
-        if name in _MARKERS and len(indices) == 1:
-            return self._sent.get((name, indices[0]), 0.0)
-        if name == "$R" and len(indices) == 1:
-            return self.parameter(number(indices[0], "the number of R"))
         if (name, *indices) in self._settings:
             return self._settings[name, *indices]
         if tool_data.names(name):
             return self.tools.value(name, indices)
-        if name == "$P_GG" and len(indices) == 1:
-            return self.in_force(round(number(indices[0], "the number of a group")))
-        if name == "$P_AD" and len(indices) == 1:
-            return self.tools.value(f"$TC_DP{round(number(indices[0]))}", [float(state.tool)])
         tool = self.ip.tools.find(state.tool)
         plain = {
             "$P_TOOLNO": float(state.tool), "$P_F": state.feed, "$P_S": state.speed, "$P_MSNUM": 1.0, "$P_SIM": 0.0,
@@ -228,6 +213,27 @@ class Store:
             hint = f"read are {', '.join([*_PLACES, *_PLANE_AXES, *plain])}, $P_GG, $P_UIFR, $TC_DP"
             raise BlockError("variable-unknown", f"the system variable {name} is not read", name, hint=hint)
         return plain[name]
+
+    def _of_index(self, name: str, index: Scalar) -> Scalar | None:
+        """Return a system variable that has one index, None where it is none of those."""
+        state, axis = self.ip.state, AXIS_INDEX.get(str(index).lower())
+        if name in _PLACES and axis is not None:
+            return (state.position if _PLACES[name] == "program" else self.ip.machine_position())[axis]
+        if name in measuring.PLACES and axis is not None and self.touched is not None:
+            return self.touched[measuring.PLACES[name]][axis]
+        if name == measuring.SWITCHED:
+            return float(self.touched is not None)
+        if name in _INPUTS or name in _OUTPUTS:
+            return self._signal(name, index)
+        if name in _MARKERS:
+            return self._sent.get((name, index), 0.0)
+        if name == "$R":
+            return self.parameter(number(index, "the number of R"))
+        if name == "$P_GG":
+            return self.in_force(round(number(index, "the number of a group")))
+        if name == "$P_AD":
+            return self.tools.value(f"$TC_DP{round(number(index))}", [float(state.tool)])
+        return None
 
     def _signal(self, name: str, index: Scalar) -> Scalar:
         """Return an input of the machine, or what the program has set of an output or of the data of the PLC."""
