@@ -71,26 +71,10 @@ OF_LANGUAGES = _counted(
 #: CALLS_MACRO, CALLS_PROGRAM, ENDS_PROGRAM: G65, M98 and M99 by their number.
 #: UNCERTAIN, PLAIN_LINE, NUMBERED_CALL, LANGUAGE_JUMP: kinds of lines (`gcode_instructions`), beside the numbers of keywords.
 NUMBERS = {
-    "MAX_LINE": 65_536,
-    "DELETED": 1,
-    "NUMBERED": 2,
-    "REFUSED": 4,
-    "COMPUTED_LABEL": 8,
-    "SAYS": 16,
-    "LETTERS": 8,
-    "COMPUTED": 1 << 26,
-    "CODE_NUMBERS": 4000,
-    "ARGUMENTS": 128,
-    "ROW": 8,
-    "MOST_VALUE": OPERATIONS["ELEMENT"],
-    "CALLS_MACRO": 65,
-    "CALLS_PROGRAM": 98,
-    "ENDS_PROGRAM": 99,
-    "UNCERTAIN": -1,
-    "PLAIN_LINE": 0,
-    "NUMBERED_CALL": 999,
-    "LANGUAGE_JUMP": 1000,
-}
+    "MAX_LINE": 65_536, "DELETED": 1, "NUMBERED": 2, "REFUSED": 4, "COMPUTED_LABEL": 8, "SAYS": 16, "LETTERS": 8, "COMPUTED": 1 << 26,
+    "CODE_NUMBERS": 4000, "ARGUMENTS": 128, "ROW": 8, "MOST_VALUE": OPERATIONS["ELEMENT"], "CALLS_MACRO": 65, "CALLS_PROGRAM": 98,
+    "ENDS_PROGRAM": 99, "UNCERTAIN": -1, "PLAIN_LINE": 0, "NUMBERED_CALL": 999, "LANGUAGE_JUMP": 1000,
+}  # fmt: skip
 #: Columns of the row of a line that is kept (`gcode_lines.Lines`): offset and number of the line, where its code begins, offset of the next
 #: line, the row of that (-1 for none yet), its marks, the number of its O-word (-1 for none yet), and where its constants begin.
 LINE_COLUMNS = ("AT", "NUMBER_OF_LINE", "CODE", "AFTER", "FOLLOWING", "MARKS", "MARK", "FIRST_CONSTANT")
@@ -101,15 +85,7 @@ SHAPE_BYTES = (
 )  # fmt: skip
 #: Columns of the row of a shape: its sum, where it stands in the store (-1: nowhere) with the signs of its numbers behind it, its length,
 #: and common data of its lines: the begin of their code, and their marks.
-SHAPE_COLUMNS = (
-    "SHAPE_SUM",
-    "SHAPE_PLACE",
-    "SHAPE_LENGTH",
-    "SHAPE_CODE",
-    "SHAPE_MARKS",
-    "SHAPE_NEXT",
-    "SHAPE_ROW",
-)
+SHAPE_COLUMNS = ("SHAPE_SUM", "SHAPE_PLACE", "SHAPE_LENGTH", "SHAPE_CODE", "SHAPE_MARKS", "SHAPE_NEXT", "SHAPE_ROW")  # fmt: skip
 #: Columns of the row of a marked line (`gcode_marks.Marks`): its offset and number, the offset of the next line, its keyword, whether it is
 #: certain where it leads (-1: not known yet), the marks below and above that it leads to (-1 for none), and how many columns there are.
 MARK_COLUMNS = ("OFFSET", "LINE", "BEHIND", "KEYWORD", "LEADS", "MARK_BELOW", "MARK_ABOVE", "MARK_WIDTH")
@@ -153,19 +129,9 @@ ASIDES = {"ASIDE_SPEED": 1, "ASIDE_DWELL": 2, **_counted("ASIDE_PAUSE ASIDE_EXAC
 SLOTS = "xyzabcuvwijkrfspqltgm"
 #: Sets of slots, a bit each.
 SETS_OF_WORDS = {
-    "ANY_AXIS": "xyzabcuvw",
-    "ANY_HOLE": "xyz",
-    "ANY_ROTARY": "abc",
-    "ANY_OFFSET": "ijk",
-    "WITH_R": "r",
-    "WITH_F": "f",
-    "WITH_S": "s",
-    "WITH_P": "p",
-    "WITH_Q": "q",
-    "WITH_L": "l",
-    "WITH_T": "t",
-    "RARE": "spqlt",
-}
+    "ANY_AXIS": "xyzabcuvw", "ANY_HOLE": "xyz", "ANY_ROTARY": "abc", "ANY_OFFSET": "ijk",
+    **{f"WITH_{letter.upper()}": letter for letter in "rfspqlt"}, "RARE": "spqlt",
+}  # fmt: skip
 #: The keywords of O-words by their literals in the grammar; the first four begin something, and claim their label.
 KEYWORDS = {name: number for name, number in LITERALS.items() if LITERALS["if"] <= number <= LITERALS["call"]}
 

@@ -18,8 +18,8 @@ cdef class Frame:
     cdef public bint modal
     cpdef void keep(self, double[::1] numbers, int count) noexcept
     cpdef void put_back(self, double[::1] numbers) noexcept
-    cpdef bint repeats(self, label) except -1
-    cpdef int lead(self, long long keyword, label, double value) except -1
-    cdef int _at_while(self, label, bint holds) except -1
-    cdef int _at_repeat(self, bint begins, label, double count) except -1
-    cdef int _go_round(self, label, long long rounds) except -1
+    cpdef bint repeats(self, label)
+    cpdef int lead(self, long long keyword, label, double value)
+    cdef int _at_while(self, label, bint holds)
+    cdef int _at_repeat(self, bint begins, label, double count)
+    cdef int _go_round(self, label, long long rounds)

@@ -90,13 +90,11 @@ class Frame:
         )
 
     @cython.ccall
-    @cython.exceptval(-1, check=False)
     def repeats(self, label) -> cython.bint:
         """Tell whether REPEAT of a label goes round, so that its count is not asked for."""
         return self.left is not None and label in self.left
 
     @cython.ccall
-    @cython.exceptval(-1, check=False)
     def lead(self, keyword: cython.longlong, label, value: cython.double) -> cython.int:
         """Return where an O-word of a branch or loop leads, and keep which loops go round.
 
@@ -127,7 +125,6 @@ class Frame:
         return _ALWAYS[keyword - O_IF]
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _at_while(self, label, holds: cython.bint) -> cython.int:
         """Return where WHILE leads, the foot of a loop that DO began or the head of one."""
         if self.doing is None or label not in self.doing:
@@ -138,7 +135,6 @@ class Frame:
         return STAY
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _at_repeat(self, begins: cython.bint, label, count: cython.double) -> cython.int:
         """Return where REPEAT or ENDREPEAT leads, with one round less to go."""
         rounds: cython.longlong = (
@@ -150,7 +146,6 @@ class Frame:
         return PAST_NEXT if begins else PAST_PREVIOUS
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _go_round(self, label, rounds: cython.longlong) -> cython.int:
         """Keep how many rounds of a REPEAT are left, this one with them."""
         if rounds > 0:

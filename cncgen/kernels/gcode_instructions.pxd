@@ -41,4 +41,4 @@ cdef class Instructions:
     cdef bint holds
     cdef int arguments
     cdef int execute(self, Py_ssize_t r) except? -2
-    cdef int end_block(self, Py_ssize_t r) except -1
+    cdef int end_block(self, Py_ssize_t r)

@@ -128,7 +128,6 @@ class Instructions:
         return UNCERTAIN
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def end_block(self, r: cython.Py_ssize_t) -> cython.int:
         """Do the settings of a line, and make a block of its words."""
         if self.store.settings:
@@ -176,7 +175,6 @@ def _value(line: Instructions, operation: cython.int, operand: cython.int) -> cy
 
 @cython.cfunc
 @cython.inline
-@cython.exceptval(-1, check=False)
 def _setting(line: Instructions, operation: cython.int, operand: cython.int) -> cython.bint:
     """Let what is to be set wait for the end of the line, its value the last one; tell whether the instruction is a setting that can be."""
     value: cython.double
@@ -247,7 +245,6 @@ def _is_last(line: Instructions, at: cython.Py_ssize_t) -> cython.bint:
 
 @cython.cfunc
 @cython.inline
-@cython.exceptval(-1, check=False)
 def _word(line: Instructions, letter: cython.int, value: cython.double) -> cython.bint:
     """Put a word into the columns; tell whether it is taken: a letter that no machine's table hangs on, once, its value in range."""
     bit: cython.uint
@@ -276,7 +273,6 @@ def _word(line: Instructions, letter: cython.int, value: cython.double) -> cytho
 
 @cython.cfunc
 @cython.inline
-@cython.exceptval(-1, check=False)
 def _takes(line: Instructions, letter: cython.int, number: cython.int) -> cython.bint:
     """Tell whether a code calls a program or ends it, or its block may wait; of each code that is asked once."""
     place: cython.int = number if letter == 103 else _MOST_CODE + number

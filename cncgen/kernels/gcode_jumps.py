@@ -67,7 +67,6 @@ class Jumps(Instructions):
         self.deepest, self.source = deepest, source
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def follow_line(self, r: cython.Py_ssize_t, kind: cython.int) -> cython.bint:
         """Follow the O-word, jump or call of a row, by its kind, to the `next` line; tell whether it is certain where that is."""
         if kind < 0:
@@ -80,7 +79,6 @@ class Jumps(Instructions):
 
     @cython.cfunc
     @cython.final
-    @cython.exceptval(-1, check=False)
     def _jump(self, r: cython.Py_ssize_t, jump: cython.int) -> cython.bint:
         """Follow the jump of a language."""
         line: cython.longlong = self.kept[r, NUMBER_OF_LINE]
@@ -93,7 +91,6 @@ class Jumps(Instructions):
 
     @cython.cfunc
     @cython.final
-    @cython.exceptval(-1, check=False)
     def _lead(self, r: cython.Py_ssize_t, keyword: cython.int) -> cython.bint:
         """Follow GOTO, DO or END of a macro."""
         value: cython.double = self.stack[self.depth]
@@ -115,7 +112,6 @@ class Jumps(Instructions):
 
     @cython.cfunc
     @cython.final
-    @cython.exceptval(-1, check=False)
     def _flow(self, r: cython.Py_ssize_t, keyword: cython.int) -> cython.bint:
         """Follow the O-word of a row to the `next` line; tell whether it is certain where that is.
 
@@ -138,7 +134,6 @@ class Jumps(Instructions):
 
     @cython.cfunc
     @cython.final
-    @cython.exceptval(-1, check=False)
     def _branch(self, r: cython.Py_ssize_t, keyword: cython.int, label) -> cython.bint:
         """Follow the O-word of a branch or loop, or SUB."""
         way: cython.int
@@ -187,7 +182,6 @@ class Jumps(Instructions):
 
     @cython.cfunc
     @cython.final
-    @cython.exceptval(check=True)
     def _go_to_mark(self, m: cython.Py_ssize_t, at: cython.bint) -> cython.void:
         """Go `at` the line of a mark, or behind it."""
         self._go(self.marks.rows[m, OFFSET if at else BEHIND], self.marks.rows[m, LINE] + (not at))
@@ -196,7 +190,6 @@ class Jumps(Instructions):
 
     @cython.cfunc
     @cython.final
-    @cython.exceptval(-1, check=False)
     def _call(self, r: cython.Py_ssize_t, label) -> cython.bint:
         """Begin a call of a subroutine of this text."""
         k: cython.Py_ssize_t
@@ -213,7 +206,6 @@ class Jumps(Instructions):
 
     @cython.cfunc
     @cython.final
-    @cython.exceptval(-1, check=False)
     def _leave(self, label, anywhere: cython.bint) -> cython.bint:
         """End the innermost call, where nothing but its caller's parameters is to be put back."""
         if not self.frames:
@@ -227,7 +219,6 @@ class Jumps(Instructions):
 
     @cython.cfunc
     @cython.final
-    @cython.exceptval(-1, check=False)
     def _call_program(self, r: cython.Py_ssize_t) -> cython.bint:
         """Follow M98 or G65, whose words stand behind those in the columns; tell whether it is certain where that leads."""
         first: cython.Py_ssize_t = self.first
@@ -281,7 +272,6 @@ class Jumps(Instructions):
 
     @cython.cfunc
     @cython.final
-    @cython.exceptval(-1, check=False)
     def _end_program(self, r: cython.Py_ssize_t) -> cython.bint:
         """Follow M99 by itself: end the program that was called, or its present round; tell whether it is certain where that leads."""
         if not self.frames or self.words > self.first + 1:
@@ -319,7 +309,6 @@ class Jumps(Instructions):
 
     @cython.cfunc
     @cython.final
-    @cython.exceptval(-1, check=False)
     def _return(self, frame: Frame, result: cython.double) -> cython.bint:
         """End the innermost call, which gives a value, NaN for none."""
         self.frames.pop()
@@ -336,7 +325,6 @@ class Jumps(Instructions):
 
     @cython.cfunc
     @cython.final
-    @cython.exceptval(check=True)
     def _end_call(self, r: cython.Py_ssize_t) -> cython.void:
         """Do the settings of a line with a call, whose words are no block; its comment is a block, but beside G65."""
         self.words = self.first
@@ -346,7 +334,6 @@ class Jumps(Instructions):
 
     @cython.cfunc
     @cython.final
-    @cython.exceptval(check=True)
     def _go_to_place(self, place) -> cython.void:
         """Make a line of this text or another one the next."""
         if place[0] == self.source:
@@ -356,7 +343,6 @@ class Jumps(Instructions):
 
     @cython.cfunc
     @cython.final
-    @cython.exceptval(check=True)
     def _go(self, offset: cython.Py_ssize_t, line: cython.longlong) -> cython.void:
         """Make a line the next one."""
         self.next, self.next_line = self.rows.at(offset, line), line

@@ -29,13 +29,13 @@ cdef class Code(Tables):
     cdef public Py_ssize_t number_begin
     cdef public Py_ssize_t number_end
     cpdef bint room(self) noexcept
-    cdef Py_ssize_t read(self, Py_ssize_t offset) except -1
-    cdef int write(self, Py_ssize_t at, Py_ssize_t end) except -1
+    cdef Py_ssize_t read(self, Py_ssize_t offset)
+    cdef int write(self, Py_ssize_t at, Py_ssize_t end)
     cdef void emit(self, int operation, int operand) noexcept
     cdef int push(self, double value) noexcept
     cdef void negate(self, int k) noexcept
     cpdef object label(self, Py_ssize_t at, Py_ssize_t constants)
     cdef int small(self, Py_ssize_t at) noexcept
     cdef double number(self, Py_ssize_t at, Py_ssize_t end) noexcept
-    cdef int name_number(self, str name) except -1
+    cdef int name_number(self, str name)
     cpdef Py_ssize_t cut(self) noexcept

@@ -131,7 +131,6 @@ class Code(Tables):
         return self.read(offset)
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def read(self, offset: cython.Py_ssize_t) -> cython.Py_ssize_t:
         """Read the line at `offset` of `text`, its code into `code` from `used` on; return the offset of its end.
 
@@ -154,7 +153,6 @@ class Code(Tables):
         return end
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def write(self, at: cython.Py_ssize_t, end: cython.Py_ssize_t) -> cython.int:
         """Write the code of the line between two offsets; return 0 where it is refused."""
         return self.run(at, end)
@@ -218,7 +216,6 @@ class Code(Tables):
         return -self.tokens.value if negative else self.tokens.value
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def name_number(self, name: str) -> cython.int:
         """Return the number of a name."""
         found = self.numbered.get(name)
@@ -604,7 +601,6 @@ class Lines:
         return lines, min(at, self.text.shape[0]), blocks, last, last_at, seen
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _keep(
         self, r: cython.Py_ssize_t, offset: cython.Py_ssize_t, line: cython.longlong
     ) -> cython.Py_ssize_t:

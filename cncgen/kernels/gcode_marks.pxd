@@ -14,6 +14,6 @@ cdef class Marks:
     cpdef Py_ssize_t nearest(self, long long offset, int way, label, unsigned int keywords, bint over_borders, resolve) except -2
     cpdef Py_ssize_t border(self, Py_ssize_t m, int way) except -2
     cpdef Py_ssize_t subroutine(self, label) except -2
-    cpdef bint leads(self, Py_ssize_t m) except -1
-    cdef bint _judge(self, Py_ssize_t m) except -1
+    cpdef bint leads(self, Py_ssize_t m)
+    cdef bint _judge(self, Py_ssize_t m)
     cdef Py_ssize_t _nearest_of(self, list row, Py_ssize_t place, Py_ssize_t last, int way, unsigned int keywords, label, resolve) except -2

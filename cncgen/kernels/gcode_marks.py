@@ -176,7 +176,6 @@ class Marks:
         return m if m >= 0 and self.rows[m, MARK_BELOW] >= 0 else -1
 
     @cython.ccall
-    @cython.exceptval(-1, check=False)
     def leads(self, m: cython.Py_ssize_t) -> cython.bint:
         """Tell whether it is certain where a mark leads: then its marks `MARK_BELOW` and `MARK_ABOVE` are known."""
         if self.rows[m, LEADS] < 0:
@@ -184,7 +183,6 @@ class Marks:
         return self.rows[m, LEADS] > 0
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _judge(self, m: cython.Py_ssize_t) -> cython.bint:
         """Look for what a mark leads to."""
         offset: cython.longlong = self.rows[m, OFFSET]

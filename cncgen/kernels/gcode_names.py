@@ -123,7 +123,6 @@ def _place(reader: Code, at: cython.Py_ssize_t, letter: cython.int) -> cython.in
 
 
 @cython.cfunc
-@cython.exceptval(-1, check=False)
 def _program_called(reader: Code, letter: cython.int, programs: set) -> cython.int:
     """Add the number or name of the program that the line just read calls, unless it is computed."""
     at: cython.Py_ssize_t = 0

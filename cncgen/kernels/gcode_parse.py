@@ -71,14 +71,12 @@ class Parser(Code):
         self.shaped = tables.SHAPED and not increments
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def write(self, at: cython.Py_ssize_t, end: cython.Py_ssize_t) -> cython.int:
         """Write the code of a line (`Code.write`)."""
         self.brackets = 0
         return self.run(at, end)
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _shifted(self, kind: cython.int, at: cython.Py_ssize_t) -> cython.int:
         """Keep where a token stands, and its literal."""
         k: cython.int = self.depth + 1
@@ -92,7 +90,6 @@ class Parser(Code):
         return 1
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _reduced(self, rule: cython.int, at: cython.Py_ssize_t) -> cython.int:
         """Write the code of a rule."""
         action: cython.int = self.made[rule]
@@ -137,7 +134,6 @@ class Parser(Code):
         return 1
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _reduced_rarely(self, action: cython.int, first: cython.int) -> cython.int:
         """Write the code of a rule that is not in most lines."""
         if action == RULE_ARC_TANGENT:
@@ -191,7 +187,6 @@ class Parser(Code):
         self._emit_number(self.brackets)
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _plain_word(self, begin: cython.Py_ssize_t, end: cython.Py_ssize_t) -> cython.int:
         """Write a letter with its number, which stand between two offsets."""
         letter: cython.int = self.small(begin)
@@ -241,7 +236,6 @@ class Parser(Code):
         self.emit(PARAMETER, 0)
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _name(self, begin: cython.Py_ssize_t, end: cython.Py_ssize_t) -> cython.int:
         """Write a name that stands between two offsets."""
         key: bytes = bytes(self.text[begin:end])
@@ -257,7 +251,6 @@ class Parser(Code):
         return 1
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _named_label(self, begin: cython.Py_ssize_t, end: cython.Py_ssize_t) -> cython.int:
         """Write the name of an O-word: o<100> is o100."""
         while self.text[begin] != 60:
@@ -271,7 +264,6 @@ class Parser(Code):
         return 1
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _push_number(self, begin: cython.Py_ssize_t, end: cython.Py_ssize_t) -> cython.int:
         """Write the number that stands between two offsets: the double nearest to its decimal text."""
         value: cython.double = self.number(begin, end)

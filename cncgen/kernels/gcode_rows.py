@@ -42,7 +42,6 @@ class Rows:
         self._forget()
 
     @cython.cfunc
-    @cython.exceptval(check=True)
     def _forget(self) -> cython.void:
         """Throw all lines away."""
         k: cython.Py_ssize_t

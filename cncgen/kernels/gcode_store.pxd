@@ -18,9 +18,9 @@ cdef class Store:
     cdef double result
     cdef int index(self, double value) noexcept
     cdef bint set(self, int k, double value) noexcept
-    cdef int _sort(self, int k) except -1
-    cdef bint has(self, int k) except -1
-    cdef bint set_variable(self, int k, double value) except -1
-    cdef int end(self) except -1
-    cdef int settle(self) except -1
-    cdef int undo(self) except -1
+    cdef int _sort(self, int k)
+    cdef bint has(self, int k)
+    cdef bint set_variable(self, int k, double value)
+    cdef int end(self)
+    cdef int settle(self)
+    cdef int undo(self)

@@ -61,7 +61,6 @@ class Store:
         return True
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _sort(self, k: cython.int) -> cython.int:
         """Return of which sort a name is."""
         while len(self.sorts) <= k:
@@ -70,7 +69,6 @@ class Store:
         return self.sorts[k]
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def has(self, k: cython.int) -> cython.bint:
         """Take the value of a named parameter as `found`; tell whether it has one.
 
@@ -85,13 +83,11 @@ class Store:
         return True
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def set_variable(self, k: cython.int, value: cython.double) -> cython.bint:
         """Set a named parameter; tell whether it can be done."""
         return self._sort(k) != _RESERVED and self.set(-1 - k, value)
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def end(self) -> cython.int:
         """Do the settings of a line."""
         k: cython.int
@@ -107,7 +103,6 @@ class Store:
         return 0
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def settle(self) -> cython.int:
         """Set what the last subroutine has returned: most programs do not ask for it at each call."""
         given: cython.bint = self.result == self.result
@@ -117,7 +112,6 @@ class Store:
         return 0
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def undo(self) -> cython.int:
         """Take back what a line has set."""
         self.settings = 0

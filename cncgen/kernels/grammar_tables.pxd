@@ -25,6 +25,6 @@ cdef class Tables:
     cdef Py_ssize_t taken
     cdef int ended
     cdef Py_ssize_t refused
-    cdef int run(self, Py_ssize_t at, Py_ssize_t size) except -1
-    cdef int _shifted(self, int kind, Py_ssize_t at) except -1
-    cdef int _reduced(self, int rule, Py_ssize_t at) except -1
+    cdef int run(self, Py_ssize_t at, Py_ssize_t size)
+    cdef int _shifted(self, int kind, Py_ssize_t at)
+    cdef int _reduced(self, int rule, Py_ssize_t at)

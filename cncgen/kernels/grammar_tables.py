@@ -48,7 +48,6 @@ class Tables:
         self.first, self.accept = self.starts[start]
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def run(self, at: cython.Py_ssize_t, size: cython.Py_ssize_t) -> cython.int:
         """Read the text from `at` to `size` by the rule that was chosen; return 1, or 0 where it is refused."""
         text: cython.const[cython.uchar][::1] = self.text
@@ -94,13 +93,11 @@ class Tables:
         return 0
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _shifted(self, kind: cython.int, at: cython.Py_ssize_t) -> cython.int:
         """Take a token that begins at a place; return 0 to refuse the text."""
         raise NotImplementedError
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _reduced(self, rule: cython.int, at: cython.Py_ssize_t) -> cython.int:
         """Take a rule whose parts were taken, before the token at a place; return 0 to refuse the text."""
         raise NotImplementedError
@@ -133,7 +130,6 @@ class Tables:
 
 @cython.cfunc
 @cython.inline
-@cython.exceptval(-1, check=False)
 def _put(tables: Tables, depth: cython.int, state: cython.int) -> cython.int:
     """Put a state on the stack, which becomes twice as deep where it must; return its place."""
     if depth == tables.stack.shape[0]:

@@ -57,7 +57,6 @@ class Reader(Tables):
         return None
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _shifted(self, kind: cython.int, at: cython.Py_ssize_t) -> cython.int:
         """Take a token as a string."""
         self.values.append(self.said[at : self.taken])
@@ -65,7 +64,6 @@ class Reader(Tables):
         return 1
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _reduced(self, rule: cython.int, at: cython.Py_ssize_t) -> cython.int:
         """Put the value of a rule in the place of those of its parts."""
         values: list = self.values

@@ -151,7 +151,6 @@ class LanguageCode(Code):
         self.variables = names
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def write(self, at: cython.Py_ssize_t, end: cython.Py_ssize_t) -> cython.int:
         """Write the code of a line (`Code.write`)."""
         used: cython.int = self.used
@@ -174,7 +173,6 @@ class LanguageCode(Code):
         return 1
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _shifted(self, kind: cython.int, at: cython.Py_ssize_t) -> cython.int:
         """Keep where a token stands."""
         k: cython.int = self.depth + 1
@@ -184,7 +182,6 @@ class LanguageCode(Code):
         return 1
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _reduced(self, rule: cython.int, at: cython.Py_ssize_t) -> cython.int:
         """Write the code of a rule."""
         work: cython.int = self.made[rule]
@@ -255,7 +252,6 @@ class LanguageCode(Code):
     # The parts of a line.
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _is_parameter(self, k: cython.int, digits: cython.int) -> cython.int:
         """Tell whether a token is the letter of parameters, with digits behind it or without."""
         long: cython.bint = self.ends[k] > self.begins[k] + 1
@@ -275,7 +271,6 @@ class LanguageCode(Code):
         return found if self.least <= found <= self.most else -1
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _parameter(self, k: cython.int, count: cython.int, work: cython.int) -> cython.int:
         """Write the reading of a parameter: R5, R[…], -Q5."""
         if work == WORK_ELEMENT:
@@ -296,7 +291,6 @@ class LanguageCode(Code):
         return 1
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _operator(self, k: cython.int) -> cython.int:
         """Write the operator that stands at a place of the stack."""
         name: bytes = bytes(self.text[self.begins[k] : self.ends[k]])
@@ -307,7 +301,6 @@ class LanguageCode(Code):
         return 1
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _function(self, k: cython.int, count: cython.int) -> cython.int:
         """Write a function of so many values, whose name stands at a place of the stack."""
         name: bytes = bytes(self.text[self.begins[k] : self.ends[k]])
@@ -318,7 +311,6 @@ class LanguageCode(Code):
         return 1
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _put(self, letter: cython.int, fixed: cython.bint) -> cython.int:
         """Write a word of the value on top; return 0 where it is not taken."""
         if not 97 <= letter <= 122 or not self.letters >> (letter - 97) & 1:
@@ -345,7 +337,6 @@ class LanguageCode(Code):
         return self._emit_word(letter)
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _emit_word(self, letter: cython.int) -> cython.int:
         """Write a word of the value on top."""
         self.given |= cython.cast(cython.uint, 1) << (letter - 97)
@@ -353,7 +344,6 @@ class LanguageCode(Code):
         return 1
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _fast(self, last: cython.int) -> cython.int:
         """Write what FMAX or FAUTO says, by its last letter."""
         if last == 120:
@@ -364,7 +354,6 @@ class LanguageCode(Code):
         return last == 120 or last == 111
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _setting(self, k: cython.int, count: cython.int, work: cython.int) -> cython.int:
         """Write a setting: R1=, R[…]=, X=, Q1 =, FN 0: Q1 =, FN 1: Q1 = a + b, FN 5: Q1 = SQRT a."""
         fn: cython.int
@@ -407,7 +396,6 @@ class LanguageCode(Code):
         return self._put(self.text[self.begins[k]] | 32, False)
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _named(self, operation: cython.int, k: cython.int) -> cython.int:
         """Write the reading or setting of a variable whose name stands at a place of the stack; a name may be that of a number."""
         token: bytes = bytes(self.text[self.begins[k] : self.ends[k]])
@@ -422,7 +410,6 @@ class LanguageCode(Code):
         return 1
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _jumping(self, work: cython.int, k: cython.int, count: cython.int) -> cython.int:
         """Write a jump, or pass a label."""
         if work == WORK_LABEL:
@@ -464,7 +451,6 @@ class LanguageCode(Code):
         return 1
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _motion(self, k: cython.int) -> cython.int:
         """Write the code of a motion: a line with an axis, of traverse or feed."""
         if (

@@ -14,7 +14,7 @@ cdef class LanguageStore(Store):
     cdef dict loops
     cdef public tuple way
     cdef object _variable(self, int k, int indices)
-    cdef bint has_element(self, int k, double index) except -1
-    cdef bint set_element(self, int k, double index, double value) except -1
-    cdef bint _put(self, object variable, int k, long long place, double value) except -1
+    cdef bint has_element(self, int k, double index)
+    cdef bint set_element(self, int k, double index, double value)
+    cdef bint _put(self, object variable, int k, long long place, double value)
     cdef int goes(self, Py_ssize_t r, long long line, int jump, int counter, double value, double last) except -2

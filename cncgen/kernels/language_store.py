@@ -92,7 +92,6 @@ class LanguageStore(Store):
         )
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def has(self, k: cython.int) -> cython.bint:
         """Take the value of a variable as `found`; tell whether it has one."""
         variable = self._variable(k, 0)
@@ -102,7 +101,6 @@ class LanguageStore(Store):
         return True
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def has_element(self, k: cython.int, index: cython.double) -> cython.bint:
         """Do the same with an element of an array."""
         variable = self._variable(k, 1)
@@ -113,13 +111,11 @@ class LanguageStore(Store):
         return True
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def set_variable(self, k: cython.int, value: cython.double) -> cython.bint:
         """Set a variable; tell whether it can be done."""
         return self._put(self._variable(k, 0), k, -1, value)
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def set_element(self, k: cython.int, index: cython.double, value: cython.double) -> cython.bint:
         """Set an element of an array; tell whether it can be done."""
         variable = self._variable(k, 1)
@@ -127,7 +123,6 @@ class LanguageStore(Store):
         return place >= 0 and self._put(variable, k, place, value)
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def _put(self, variable, k: cython.int, place: cython.longlong, value: cython.double) -> cython.bint:
         """Set a variable, or its element at a place, and keep its value of before."""
         at: cython.longlong = max(place, 0)
@@ -145,13 +140,11 @@ class LanguageStore(Store):
         return True
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def end(self) -> cython.int:
         """Leave a line, whose settings are done."""
         return 0
 
     @cython.cfunc
-    @cython.exceptval(-1, check=False)
     def undo(self) -> cython.int:
         """Give all that a line has set its values of before."""
         while self.settings > 0:
