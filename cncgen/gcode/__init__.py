@@ -40,7 +40,7 @@ from cncgen.gcode.text.dialects import Choice, chosen
 from cncgen.records import replace
 from cncgen.toolpath.reading import ReadOptions
 from cncgen.toolpath.record import Program, Toolpath
-from cncgen.units import AXIS_LETTERS, INCH
+from cncgen.units import AXIS_LETTERS
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ def read(
             if turns is not None:
                 turns.add(chunk, runner.sources, runner.reporter)
             if feeds is not None:
-                unit = INCH if runner.ip.state.inches else 1.0
+                unit = runner.ip.state.unit_mm
                 feeds.add(chunk, runner.sources, runner.reporter, unit)
             if sink.unforeseen is not None and not said and not diagnostics.has_errors:
                 said.append(sink.unforeseen)

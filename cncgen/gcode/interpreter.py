@@ -316,7 +316,7 @@ class Interpreter:
 
     def table_scale(self) -> float:
         """Return that factor for lengths."""
-        return (INCH if self.options.inch_tables else 1.0) / (INCH if self.state.inches else 1.0)
+        return (INCH if self.options.inch_tables else 1.0) / self.state.unit_mm
 
     def tool_radius(self) -> float:
         """Return the radius of the tool in the spindle, in program units; 0 where no table gives it."""
@@ -331,7 +331,7 @@ class Interpreter:
         radius = self.tool_radius()
         if radius > 0.0 or self.tools_given:
             return radius
-        radius = max(min(_CUTTING_MM / (INCH if self.state.inches else 1.0), 0.8 * half), least)
+        radius = max(min(_CUTTING_MM / self.state.unit_mm, 0.8 * half), least)
         message = f"{name} is worked out for a tool {2.0 * radius:g} wide: no tool table gives its diameter"
         hint = "--tool-table gives it; the loops that clear depend on it"
         self.warn_once("tool-assumed", message, hint=hint)

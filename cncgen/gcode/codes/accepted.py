@@ -6,13 +6,12 @@ from functools import partial
 
 from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes.corners import taps
-from cncgen.gcode.codes.table import LATHE, Code
+from cncgen.gcode.codes.table import LATHE, OF_FANUC, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import ARMED, PLAIN_MOTIONS, Stage
 from cncgen.toolpath.record import Event
 
-_FANUC = ("fanuc",)
 _LOOK_AHEAD = "look-ahead mode: accepted, motions are always planned ahead"
 
 
@@ -148,35 +147,35 @@ CODES = (
     *(
         Code("G", number, f"end {number}", Stage.COORDINATES, nothing, "ends a mode that is never on: accepted", "xyz",
             "own" if number == 501 else "none", dialects=dialects)
-        for numbers, dialects in ((_NEVER_ON, _FANUC), (_NEVER_ON_LATHES, (LATHE,)))
+        for numbers, dialects in ((_NEVER_ON, OF_FANUC), (_NEVER_ON_LATHES, (LATHE,)))
         for number in numbers
     ),
     *(
-        Code("G", number, "speed check", Stage.SPINDLE, nothing, text, "pqrid", dialects=_FANUC)
+        Code("G", number, "speed check", Stage.SPINDLE, nothing, text, "pqrid", dialects=OF_FANUC)
         for number, text in ((250, "the spindle's speed is not watched"), (260, "the spindle's speed is watched: accepted, not checked"))
     ),
-    Code("G", 535, "MAZATROL", Stage.COORDINATES, of_mazatrol, "the origin of MAZATROL (Mazak): the one in force stays", dialects=_FANUC),
-    Code("G", 525, "MAZATROL", Stage.COORDINATES, nothing, "end of G53.5 (Mazak)", dialects=_FANUC),
-    Code("G", 542, "dynamic fixture", Stage.COORDINATES, no_fixture, "no dynamic fixture offset (P0)", "p", dialects=_FANUC),
-    Code("G", 50, "look-ahead", Stage.PATH, look_ahead, _LOOK_AHEAD, "pqr", dialects=_FANUC),
-    Code("G", 1030, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD + " (Haas)", "p", dialects=_FANUC),
-    Code("G", 1870, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD + " (Haas)", "pe", dialects=_FANUC),
-    Code("G", 51, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD, AXES + "pqr", "own", dialects=_FANUC),
-    Code("G", 53, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD + " (Hurco)", "p", dialects=_FANUC),
-    Code("G", 2910, "language", Stage.PATH, nothing, "SINUMERIK's ISO dialect: accepted", dialects=_FANUC),
+    Code("G", 535, "MAZATROL", Stage.COORDINATES, of_mazatrol, "the origin of MAZATROL (Mazak): the one in force stays", dialects=OF_FANUC),
+    Code("G", 525, "MAZATROL", Stage.COORDINATES, nothing, "end of G53.5 (Mazak)", dialects=OF_FANUC),
+    Code("G", 542, "dynamic fixture", Stage.COORDINATES, no_fixture, "no dynamic fixture offset (P0)", "p", dialects=OF_FANUC),
+    Code("G", 50, "look-ahead", Stage.PATH, look_ahead, _LOOK_AHEAD, "pqr", dialects=OF_FANUC),
+    Code("G", 1030, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD + " (Haas)", "p", dialects=OF_FANUC),
+    Code("G", 1870, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD + " (Haas)", "pe", dialects=OF_FANUC),
+    Code("G", 51, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD, AXES + "pqr", "own", dialects=OF_FANUC),
+    Code("G", 53, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD + " (Hurco)", "p", dialects=OF_FANUC),
+    Code("G", 2910, "language", Stage.PATH, nothing, "SINUMERIK's ISO dialect: accepted", dialects=OF_FANUC),
     *(
         Code("G", 109, "diameters", Stage.PATH, partial(_sizes_of_x, diameters=diameters), text, "x", "own", dialects=dialects,
             axis_words="sizes")
-        for diameters, text, dialects in ((0, "X is a radius (X0 of Mazak)", _FANUC), (1, "X is a diameter (X1 of Mazak)", (LATHE,)))
+        for diameters, text, dialects in ((0, "X is a radius (X0 of Mazak)", OF_FANUC), (1, "X is a diameter (X1 of Mazak)", (LATHE,)))
     ),
-    Code("G", 611, "path", Stage.PATH, nothing, _LOOK_AHEAD + " (Mazak's geometry compensation)", "pqr", dialects=_FANUC,
+    Code("G", 611, "path", Stage.PATH, nothing, _LOOK_AHEAD + " (Mazak's geometry compensation)", "pqr", dialects=OF_FANUC,
         named=(",k",)),
-    Code("G", 80, "look-ahead", Stage.PATH, look_ahead, _LOOK_AHEAD, "pqr", dialects=_FANUC),
-    Code("G", 220, "stroke check", Stage.PATH, forbid, "forbidden zone: accepted, not checked", "xyzijk", "own", dialects=_FANUC),
-    Code("G", 230, "stroke check", Stage.PATH, nothing, "no forbidden zone", dialects=_FANUC),
+    Code("G", 80, "look-ahead", Stage.PATH, look_ahead, _LOOK_AHEAD, "pqr", dialects=OF_FANUC),
+    Code("G", 220, "stroke check", Stage.PATH, forbid, "forbidden zone: accepted, not checked", "xyzijk", "own", dialects=OF_FANUC),
+    Code("G", 230, "stroke check", Stage.PATH, nothing, "no forbidden zone", dialects=OF_FANUC),
     *(
         Code("G", number, "blank", Stage.PATH, nothing, "the blank that MANUAL GUIDE i draws: passed over", AXES + "dehijklpqr",
-            "own", takes="dh", dialects=_FANUC)
+            "own", takes="dh", dialects=OF_FANUC)
         for number in range(19_000, 19_080, 10)
     ),
     Code("G", 1050, "bar feed", Stage.MOTION, bar_feed, "the bar feeder pushes the bar (Haas): an event", "ijkpr", dialects=(LATHE,)),
@@ -185,13 +184,13 @@ CODES = (
         for code, text in ((198, "end of G199 (Haas): an event"), (199, "the second spindle turns in step with the first (Haas): an event"))
     ),
     Code("G", 390, "non-modal", Stage.PATH, corner_arc, "the arc around an outside corner under G41 and G42, as at any such corner",
-        "ijkxyz", "own", dialects=_FANUC, without="lathes", axis_words="sizes"),
+        "ijkxyz", "own", dialects=OF_FANUC, without="lathes", axis_words="sizes"),
     *(
-        Code(name, 0, "in position", Stage.PATH, partial(_in_position, name=name), text, dialects=_FANUC, named=(name.lower(),))
+        Code(name, 0, "in position", Stage.PATH, partial(_in_position, name=name), text, dialects=OF_FANUC, named=(name.lower(),))
         for name, text in ((",I", "a width of the axes in position (Mitsubishi): passed over"),
             (",J", "that of the drilling axis (Mitsubishi): passed over"))
     ),
-    Code(",S", 0, "way out", Stage.PATH, _way_out, "the speed at which a tap comes out (Mitsubishi): passed over", dialects=_FANUC,
+    Code(",S", 0, "way out", Stage.PATH, _way_out, "the speed at which a tap comes out (Mitsubishi): passed over", dialects=OF_FANUC,
         named=(",s",)),
-    Code("M", 290, "rigid tapping", Stage.SPINDLE, rigid, "the next row of taps in step with the spindle", dialects=_FANUC),
+    Code("M", 290, "rigid tapping", Stage.SPINDLE, rigid, "the next row of taps in step with the spindle", dialects=OF_FANUC),
 )  # fmt: skip

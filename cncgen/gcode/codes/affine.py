@@ -20,7 +20,6 @@ from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
 from cncgen.gcode.state.modal import PLANE_AXES, in_plane, to_machine, to_program, zeros
 from cncgen.ranges import FACTORS
 from cncgen.records import dataclass, field, replace
-from cncgen.units import INCH
 
 Matrix = tuple[tuple[float, float, float], ...]
 Vector = tuple[float, float, float]
@@ -367,7 +366,7 @@ def carried(ip: Interpreter, axes: Positions | None) -> Frame:
     if axes is None or kinematics is None or ip.state.length_code == FOLLOWED:
         return Frame()
     origin, rotation, g92, offset = ip.state.offsets()
-    unit = INCH if ip.state.inches else 1.0
+    unit = ip.state.unit_mm
     x, y, z, *rest = to_machine(zeros(), origin, rotation, g92, zeros())
     place = kinematics.machine((x * unit, y * unit, z * unit), axes, offset[2] * unit)
     x, y, z, *_ = to_program([*(value / unit for value in place), *rest], origin, rotation, g92, offset)

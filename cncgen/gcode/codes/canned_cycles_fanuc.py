@@ -127,7 +127,7 @@ def _doubt_pitch(hole: Hole) -> None:
     state = hole.ip.state
     if state.feed_mode != 94 or not state.speed:
         return
-    pitch = state.feed / state.speed * (25.4 if state.inches else 1.0)
+    pitch = state.feed / state.speed * state.unit_mm
     if not LEAST_PITCH <= pitch <= GREATEST_PITCH:
         message = f"F{state.feed:g} of a tap at S{state.speed:g} is a pitch of {pitch:.3g} mm"
         hint = "under G94, F is the pitch by S; G95 takes F as the pitch"
@@ -256,14 +256,9 @@ def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
     state = ip.state
     normal = state.plane_axes()[2]
     sticky = row_of_holes(ip, HOLES, normal)
-    letters = _LETTERS + AXES[normal] + HOLES[number].takes
-    if not HOLES[number].aside and ("i" in block.words or (sticky.number == number and "i" in sticky.words)):
-        letters += "k"
-    elif number == 730 and "k" in block.words and (block.words["k"] % 1.0 or has_point(ip, block, "k")):
-        letters += "k"
-        text = f"K{block.words['k']:g} of G73 is the depth after which the tool goes back to R, as on Haas's mills"
-        _doubt(ip, text, "a number of holes has no decimal point")
-    given = block.only(letters)
+    given = block.only(
+        _LETTERS + AXES[normal] + HOLES[number].takes + "k" * _takes_k(ip, block, number, sticky)
+    )
     if "p" in given:
         given["p"] = seconds_of(ip, block)
     if "e" in given:
@@ -288,6 +283,20 @@ def _words_in_force(ip: Interpreter, block: Block, number: int) -> Sticky:
     return state.cycle
 
 
+def _takes_k(ip: Interpreter, block: Block, number: int, sticky: Sticky) -> bool:
+    """Tell whether K is a word of the hole, and no number of holes: beside I the least step, of G73 how deep the tool goes before it goes
+    back (Haas)."""
+    if HOLES[number].aside:
+        return False
+    if "i" in block.words or (sticky.number == number and "i" in sticky.words):
+        return True
+    depth = number == 730 and "k" in block.words and (block.words["k"] % 1.0 or has_point(ip, block, "k"))
+    if depth:
+        text = f"K{block.words['k']:g} of G73 is the depth after which the tool goes back to R, as on Haas's mills"
+        _doubt(ip, text, "a number of holes has no decimal point")
+    return bool(depth)
+
+
 def _step(ip: Interpreter, block: Block, depth: float) -> float:
     """Return the step Q of a hole: a whole number that is deeper than the hole counts in least increments, as Q2000 of 2 mm."""
     value = block.words["q"]
@@ -303,7 +312,7 @@ def _off_wall(ip: Interpreter, block: Block, number: int) -> float:
     """Return how far G76 or G87 steps off the wall: a whole number too long for it counts in least increments, as Q100 of 0.1 mm."""
     value = block.words["q"]
     length = increments(ip, block, "q")
-    if value * (25.4 if ip.state.inches else 1.0) < _FAR or has_point(ip, block, "q") is not False:
+    if value * ip.state.unit_mm < _FAR or has_point(ip, block, "q") is not False:
         return value
     message = f"Q{value:g} of G{number // 10}, too far to step off the wall of a bore, is read as {length:g} (least increments)"
     ip.warn_once("cycle-shift", message, "Q", "a length has a decimal point: Q0.5")

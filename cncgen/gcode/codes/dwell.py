@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.table import Code
+from cncgen.gcode.codes.table import OF_FANUC, Code
 from cncgen.gcode.errors import BlockError, locate
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
@@ -92,9 +92,8 @@ def seconds_of(ip: Interpreter, block: Block) -> float:
     return seconds
 
 
-_OWN = ("fanuc",)
 CODES = (
     Code("G", 40, "non-modal", Stage.DWELL, dwell, "dwell, P seconds", "p", dialects=("linuxcnc",), waits=True),
-    Code("G", 40, "non-modal", Stage.DWELL, dwell_fanuc, "dwell, X seconds or P milliseconds", "pxu", "own", dialects=_OWN,
+    Code("G", 40, "non-modal", Stage.DWELL, dwell_fanuc, "dwell, X seconds or P milliseconds", "pxu", "own", dialects=OF_FANUC,
         axis_words="sizes"),
 )  # fmt: skip

@@ -14,7 +14,6 @@ from cncgen.gcode.codes.table import BOTH, TOOL_POINT, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
-from cncgen.units import INCH
 
 #: Feeds below this are not meant a minute, mm/min; feeds above this not a revolution of a lathe, mm.
 LEAST_FEED, MOST_FEED = 0.5, 10.0
@@ -41,7 +40,7 @@ def feeds_meant(ip: Interpreter) -> tuple[float, float]:
     turned = ip.dialect == "sinumerik" and ip.state.feed_mode == 95
     if ip.feed_doubted or not (ip.dialect in BOTH or turned):
         return 0.0, math.inf
-    unit = INCH if ip.state.inches else 1.0
+    unit = ip.state.unit_mm
     if ip.state.feed_mode == 94:
         return LEAST_FEED / unit, math.inf
     return 0.0, MOST_FEED / unit if turned or (ip.lathe and ip.state.feed_mode == 95) else math.inf
@@ -53,7 +52,7 @@ def _doubt(ip: Interpreter, block: Block, feed: float) -> None:
     if any(row.pitched for row in ip.codes.of(block)) or (in_force is not None and in_force.pitched):
         return
     ip.feed_doubted = True
-    mm = feed * (INCH if ip.state.inches else 1.0)
+    mm = feed * ip.state.unit_mm
     if ip.dialect == "sinumerik":
         message = f"F{feed:g} is {mm:.4g} mm a revolution: at 1000 rev/min {mm:.4g} m a minute"
         hint = "G95, G96 and G97 have a feed a revolution, G94, G961 and G971 one a minute"

@@ -13,7 +13,7 @@ from cncgen.gcode.codes import affine, tilted_planes
 from cncgen.gcode.codes.dwell import has_point
 from cncgen.gcode.codes.lines import need_axis
 from cncgen.gcode.codes.polar import polar_from
-from cncgen.gcode.codes.table import ROTARY_PATH, Code
+from cncgen.gcode.codes.table import OF_FANUC, ROTARY_PATH, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Point, Sink
@@ -21,7 +21,6 @@ from cncgen.gcode.state.modal import PLANE_AXES, Stage
 from cncgen.gcode.text.dialects import bare
 from cncgen.records import dataclass, field, replace
 
-_FANUC = ("fanuc",)
 #: Factors of scaling from here on are in thousandths.
 _THOUSANDTHS = 100.0
 #: Codes of origins: G52, G54 to G59, G54.1, G92.
@@ -302,20 +301,20 @@ def polar_off(ip: Interpreter, block: Block) -> None:
 
 
 CODES = (
-    Code("G", 500, "scaling", Stage.COORDINATES, no_scaling, "no scaling", dialects=_FANUC,
+    Code("G", 500, "scaling", Stage.COORDINATES, no_scaling, "no scaling", dialects=OF_FANUC,
         refused=("changes the frame", ROTARY_PATH), without="lathes"),
-    Code("G", 510, "scaling", Stage.REFERENCE, scaling, "scaling by P, or I J K", "xyzpijk", "own", dialects=_FANUC,
+    Code("G", 510, "scaling", Stage.REFERENCE, scaling, "scaling by P, or I J K", "xyzpijk", "own", dialects=OF_FANUC,
         without="lathes"),
-    Code("G", 501, "mirror", Stage.REFERENCE, no_mirror, "no mirror image", "xyz", "own", dialects=_FANUC, without="lathes"),
-    Code("G", 1000, "mirror", Stage.REFERENCE, no_mirror, "no mirror image (Haas)", "xyz", "own", dialects=_FANUC,
+    Code("G", 501, "mirror", Stage.REFERENCE, no_mirror, "no mirror image", "xyz", "own", dialects=OF_FANUC, without="lathes"),
+    Code("G", 1000, "mirror", Stage.REFERENCE, no_mirror, "no mirror image (Haas)", "xyz", "own", dialects=OF_FANUC,
         without="lathes"),
-    Code("G", 1010, "mirror", Stage.REFERENCE, mirror_of_haas, "mirror image about 0 (Haas)", "xyz", "own", dialects=_FANUC,
+    Code("G", 1010, "mirror", Stage.REFERENCE, mirror_of_haas, "mirror image about 0 (Haas)", "xyz", "own", dialects=OF_FANUC,
         without="lathes"),
-    Code("G", 511, "mirror", Stage.REFERENCE, mirror, "mirror image", "xyz", "own", dialects=_FANUC, without="lathes"),
-    Code("G", 680, "rotation", Stage.REFERENCE, rotation, "rotation by R degrees", "xyzabijkr", "own", dialects=_FANUC,
+    Code("G", 511, "mirror", Stage.REFERENCE, mirror, "mirror image", "xyz", "own", dialects=OF_FANUC, without="lathes"),
+    Code("G", 680, "rotation", Stage.REFERENCE, rotation, "rotation by R degrees", "xyzabijkr", "own", dialects=OF_FANUC,
         moves="plane", without="lathes"),
-    Code("G", 690, "rotation", Stage.COORDINATES, no_rotation, "no rotation", dialects=_FANUC, without="lathes"),
-    Code("G", 2690, "rotation", Stage.COORDINATES, no_rotation, "end of G268 (Haas)", dialects=_FANUC, without="lathes"),
-    Code("G", 160, "polar", Stage.DISTANCE, polar_on, "polar coordinates", dialects=_FANUC, moves="plane", without="lathes"),
-    Code("G", 150, "polar", Stage.DISTANCE, polar_off, "no polar coordinates", dialects=_FANUC, without="lathes"),
+    Code("G", 690, "rotation", Stage.COORDINATES, no_rotation, "no rotation", dialects=OF_FANUC, without="lathes"),
+    Code("G", 2690, "rotation", Stage.COORDINATES, no_rotation, "end of G268 (Haas)", dialects=OF_FANUC, without="lathes"),
+    Code("G", 160, "polar", Stage.DISTANCE, polar_on, "polar coordinates", dialects=OF_FANUC, moves="plane", without="lathes"),
+    Code("G", 150, "polar", Stage.DISTANCE, polar_off, "no polar coordinates", dialects=OF_FANUC, without="lathes"),
 )  # fmt: skip

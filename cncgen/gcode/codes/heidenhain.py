@@ -22,7 +22,6 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Curve
 from cncgen.gcode.state.modal import Stage
 from cncgen.records import dataclass
-from cncgen.units import INCH
 
 DIALECT = "heidenhain"
 #: The start of a spline may differ by this much from the last end, mm, and its direction by this, degrees.
@@ -57,7 +56,7 @@ def spline(ip: Interpreter, block: Block) -> None:
         points[0][index] += k1 + k2 + k3
         points[1][index] += (2.0 * k1 + k2) / 3.0
         points[2][index] += k1 / 3.0
-    gap = max(abs(p - q) for p, q in zip(points[0], start, strict=True)) * (INCH if state.inches else 1.0)
+    gap = max(abs(p - q) for p, q in zip(points[0], start, strict=True)) * state.unit_mm
     if gap > START_TOLERANCE_MM * (1.0 + 1e-6):
         message = f"the spline begins {gap:.4f} mm from where the tool is, more than {START_TOLERANCE_MM} mm"
         hint = "K1 + K2 + K3 of an axis is the way from its end to its start"

@@ -9,7 +9,17 @@ from functools import partial
 
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.lines import has_axis, need_axis
-from cncgen.gcode.codes.table import COMPENSATION, GOES_HOME, IS_CYCLE, LATHE, ROTARY_PATH, TOOL_POINT, Code
+from cncgen.gcode.codes.table import (
+    COMPENSATION,
+    GOES_HOME,
+    IS_CYCLE,
+    LATHE,
+    OF_FANUC,
+    OF_LINUXCNC,
+    ROTARY_PATH,
+    TOOL_POINT,
+    Code,
+)
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
@@ -115,25 +125,24 @@ def _placed(ip: Interpreter, block: Block, name: str) -> None:
     ip.go(ip.end_point(block), rapid=True)
 
 
-_LINUXCNC, _FANUC = ("linuxcnc",), ("fanuc",)
 _SETS_HOME = ("sets a reference point", COMPENSATION | ROTARY_PATH | TOOL_POINT)
 CODES = (
     Code("G", 280, "non-modal", Stage.REFERENCE, partial(_go, first=HOME_28), "to reference point 1", AXES, "own",
-        dialects=_LINUXCNC, moves="XYZ", moves_alone=True, refused=GOES_HOME),
+        dialects=OF_LINUXCNC, moves="XYZ", moves_alone=True, refused=GOES_HOME),
     Code("G", 280, "non-modal", Stage.REFERENCE, partial(_named_axes, name="G28", first=HOME_28), "to reference point 1", AXES,
-        "own", dialects=_FANUC, moves="XYZ", moves_alone=True, refused=GOES_HOME),
+        "own", dialects=OF_FANUC, moves="XYZ", moves_alone=True, refused=GOES_HOME),
     Code("G", 280, "non-modal", Stage.REFERENCE, partial(_named_axes, name="G28", first=HOME_28), "to reference point 1", AXES,
         "own", dialects=(LATHE,), moves="XZ", moves_alone=True, refused=GOES_HOME),
     Code("G", 281, "non-modal", Stage.REFERENCE, partial(_set, first=HOME_28), "set reference point 1", refused=_SETS_HOME),
     Code("G", 290, "non-modal", Stage.REFERENCE, from_reference, "by way of the point of the last G28 or G30", AXES, "own",
-        dialects=_FANUC),
+        dialects=OF_FANUC),
     Code("G", 300, "non-modal", Stage.REFERENCE, partial(_go, first=HOME_30), "to reference point 2", AXES, "own",
-        dialects=_LINUXCNC, moves="XYZ", moves_alone=True, refused=GOES_HOME),
+        dialects=OF_LINUXCNC, moves="XYZ", moves_alone=True, refused=GOES_HOME),
     Code("G", 300, "non-modal", Stage.REFERENCE, other_point, "to reference point P (2 where it is left out)", AXES + "p", "own",
-        dialects=_FANUC, refused=GOES_HOME),
+        dialects=OF_FANUC, refused=GOES_HOME),
     Code("G", 301, "non-modal", Stage.REFERENCE, partial(_set, first=HOME_30), "set reference point 2", refused=_SETS_HOME),
     Code("G", 270, "non-modal", Stage.REFERENCE, partial(_placed, name="G27"),
-        "to the axis words, where reference point 1 should be", AXES, "own", dialects=_FANUC),
+        "to the axis words, where reference point 1 should be", AXES, "own", dialects=OF_FANUC),
     Code("G", 600, "non-modal", Stage.REFERENCE, from_one_side, "to the axis words, which the control comes to from one side", AXES,
-        "own", dialects=_FANUC),
+        "own", dialects=OF_FANUC),
 )  # fmt: skip

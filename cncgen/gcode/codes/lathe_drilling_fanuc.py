@@ -63,7 +63,7 @@ def _step(ip: Interpreter, block: Block) -> float:
     """Return the step Q: whole numbers count in least increments where that makes a step that can be meant."""
     value = block.words["q"]
     step = increments(ip, block, "q")
-    if step == value or step * (25.4 if ip.state.inches else 1.0) >= _LEAST_STEP_MM:
+    if step == value or step * ip.state.unit_mm >= _LEAST_STEP_MM:
         return step
     message = f"Q{value:g} of G83 is read as {value:g}, not as {step:g} (least increments)"
     ip.warn_once("cycle-peck", message, "Q", "FANUC's Q5000 is 5 mm, Haas's Q5. too")

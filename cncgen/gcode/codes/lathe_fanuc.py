@@ -105,7 +105,7 @@ def increments(ip: Interpreter, block: Block, letter: str) -> float:
     scaled = letter == "q" and ip.options.least_increment is not None
     if scaled or value != round(value):
         return value
-    short = abs(value) * (25.4 if ip.state.inches else 1.0) < DEEP
+    short = abs(value) * ip.state.unit_mm < DEEP
     if short and has_point(ip, block, letter):
         return value
     return _of_increments(ip, value)
@@ -122,7 +122,7 @@ def length_of(ip: Interpreter, block: Block, letter: str, name: str, least_mm: f
     A whole number below `least_mm` is a length all the same, as ``U2 R1``.
     """
     value = block.words[letter]
-    size = abs(value) * (25.4 if ip.state.inches else 1.0)
+    size = abs(value) * ip.state.unit_mm
     if size < least_mm or value != round(value) or ip.options.least_increment is not None:
         return value
     if has_point(ip, block, letter) is not False:

@@ -66,7 +66,7 @@ def continuous(ip: Interpreter, block: Block) -> None:
         if value is not None and value < 0.0:
             raise BlockError("negative-tolerance", f"{letter}{value:g} of G64 is negative", letter)
     state = ip.state
-    wide = (tolerance or 0.0) * (INCH if state.inches else 1.0)
+    wide = (tolerance or 0.0) * state.unit_mm
     if wide > _WIDE_MM:
         message = f"G64 P{tolerance:g} lets the motion be {wide:g} mm off the programmed path"
         ip.warn_once(

@@ -8,7 +8,7 @@ from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.lines import need_axis
 from cncgen.gcode.codes.offsets import set_g92, use_system
 from cncgen.gcode.codes.spindle import bound_surface_speed
-from cncgen.gcode.codes.table import CHANGES_OFFSETS, CHANGES_ORIGIN, CHANGES_SYSTEM, Code
+from cncgen.gcode.codes.table import CHANGES_OFFSETS, CHANGES_ORIGIN, CHANGES_SYSTEM, OF_FANUC, Code
 from cncgen.gcode.codes.tools import known, whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -198,26 +198,25 @@ def preset(ip: Interpreter, block: Block) -> None:
     set_g92(ip, offset)
 
 
-_FANUC = ("fanuc",)
 CODES = (
     Code("G", FIRST_SYSTEM, "coordinates", Stage.COORDINATES, first_system, "work coordinate system 1; with P as G54.1", "p",
-        dialects=_FANUC, refused=CHANGES_SYSTEM),
-    Code("G", 541, "coordinates", Stage.COORDINATES, use_additional, "additional system P", "p", dialects=_FANUC,
+        dialects=OF_FANUC, refused=CHANGES_SYSTEM),
+    Code("G", 541, "coordinates", Stage.COORDINATES, use_additional, "additional system P", "p", dialects=OF_FANUC,
         refused=CHANGES_SYSTEM),
-    Code("G", 1540, "coordinates", Stage.COORDINATES, use_additional, "additional system P (Haas)", "p", dialects=_FANUC,
+    Code("G", 1540, "coordinates", Stage.COORDINATES, use_additional, "additional system P (Haas)", "p", dialects=OF_FANUC,
         refused=CHANGES_SYSTEM),
     Code("G", 100, "non-modal", Stage.REFERENCE, set_data, "set a coordinate system, or a tool's length or radius", AXES + "lprq",
-        "own", dialects=_FANUC, refused=CHANGES_OFFSETS, without="lathes"),
-    Code("G", 110, "non-modal", Stage.REFERENCE, end_data, "end of the data of G10", dialects=_FANUC),
-    Code("G", 520, "non-modal", Stage.REFERENCE, local, "local coordinate system", AXES, "own", dialects=_FANUC,
+        "own", dialects=OF_FANUC, refused=CHANGES_OFFSETS, without="lathes"),
+    Code("G", 110, "non-modal", Stage.REFERENCE, end_data, "end of the data of G10", dialects=OF_FANUC),
+    Code("G", 520, "non-modal", Stage.REFERENCE, local, "local coordinate system", AXES, "own", dialects=OF_FANUC,
         refused=CHANGES_ORIGIN),
     Code("G", 920, "non-modal", Stage.REFERENCE, partial(preset_position, name="G92"), "name the position; S is the largest speed of G96", AXES + "s",
-        "own", dialects=_FANUC, takes="s", refused=CHANGES_ORIGIN, without="lathes"),
+        "own", dialects=OF_FANUC, takes="s", refused=CHANGES_ORIGIN, without="lathes"),
     Code("G", 921, "non-modal", Stage.REFERENCE, preset, "forget the offsets of G92 and G52, of the axes given", AXES, "own",
-        dialects=_FANUC, refused=CHANGES_OFFSETS),
+        dialects=OF_FANUC, refused=CHANGES_OFFSETS),
     *(
         Code("G", 10 * (109 + n), "coordinates", Stage.COORDINATES, partial(_of_haas, number=n), f"additional system {n} (Haas)",
-            dialects=_FANUC, refused=CHANGES_SYSTEM, without="lathes" * (n in _POLAR_ON_LATHES))
+            dialects=OF_FANUC, refused=CHANGES_SYSTEM, without="lathes" * (n in _POLAR_ON_LATHES))
         for n in range(1, 21)
     ),
 )  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.table import COMPENSATION, Code
+from cncgen.gcode.codes.table import COMPENSATION, OF_LINUXCNC, Code
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -54,9 +54,8 @@ def wait(ip: Interpreter, block: Block) -> None:
     ip.sink.call("", Event("input", bool(mode), values={"pin": pin, "mode": mode, "timeout_s": seconds}))
 
 
-_OWN = ("linuxcnc",)
 CODES = tuple(
-    Code("M", number, "pins", Stage.PINS, run, text, words, dialects=_OWN,
+    Code("M", number, "pins", Stage.PINS, run, text, words, dialects=OF_LINUXCNC,
         refused=("waits for an input" if run is wait else "sets an output", COMPENSATION), without="others")
     for number, run, text, words in (
         (620, partial(_digital, tenths=620), "set output P with the next motion", "p"),

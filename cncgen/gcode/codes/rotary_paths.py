@@ -23,7 +23,6 @@ from cncgen.gcode.sinks.sink import Point, Sink
 from cncgen.gcode.state.modal import Stage
 from cncgen.gcode.text.dialects import bare
 from cncgen.records import replace
-from cncgen.units import INCH
 
 _X, _Y = 0, 1
 #: How far lines of the axes may be from the path, mm, and halvings of a step until they are.
@@ -103,7 +102,7 @@ class RotarySink(FollowedSink):
         after = self._shown(path(t1), before[self.rotary])
         middle = (t0 + t1) / 2.0
         there = self._seen([(p + q) / 2.0 for p, q in zip(before, after, strict=True)])
-        off = math.dist(there[:3], path(middle)[:3]) * (INCH if self.ip.state.inches else 1.0)
+        off = math.dist(there[:3], path(middle)[:3]) * self.ip.state.unit_mm
         if depth and off > _TOLERANCE_MM:
             left = before
             for t, point in self._halved(path, t0, before, middle, depth - 1):

@@ -12,7 +12,6 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import LEAST_RADIUS_MM
 from cncgen.gcode.state.modal import Stage, State
 from cncgen.toolpath.record import Event
-from cncgen.units import INCH
 
 #: Spindles that ``$`` may name (the stand-alone machine has one).
 _SPINDLES = 8
@@ -37,7 +36,7 @@ def turns_a_minute(state: State) -> float:
     """Return the speed of the spindle in rev/min; with a constant surface speed, the one where the tool stands."""
     if not state.constant_surface:
         return state.speed
-    around = 2.0 * math.pi * max(abs(state.position[0]), LEAST_RADIUS_MM / (INCH if state.inches else 1.0))
+    around = 2.0 * math.pi * max(abs(state.position[0]), LEAST_RADIUS_MM / state.unit_mm)
     return min(state.speed * (12.0 if state.inches else 1000.0) / around, state.constant_surface)
 
 

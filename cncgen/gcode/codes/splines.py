@@ -7,14 +7,12 @@ from __future__ import annotations
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.lines import check_feed, inverse_rate
-from cncgen.gcode.codes.table import COMPENSATION, Code
+from cncgen.gcode.codes.table import COMPENSATION, OF_LINUXCNC, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Curve
 from cncgen.gcode.state.modal import Stage
 from cncgen.records import dataclass, field
-
-_BOTH = ("linuxcnc",)
 
 
 @dataclass(slots=True)
@@ -157,10 +155,10 @@ def end_nurbs(ip: Interpreter, block: Block) -> None:
 # G5.2 and G6.2 (`nurbs`) refuse by themselves, and pass over the other blocks of their curve.
 _SPLINE = ("is a spline", COMPENSATION)
 CODES = (
-    Code("G", 50, "motion", Stage.MOTION, cubic, "cubic spline in XY", "xyzabcuvwijpq", "motion", dialects=_BOTH, moves="XY",
+    Code("G", 50, "motion", Stage.MOTION, cubic, "cubic spline in XY", "xyzabcuvwijpq", "motion", dialects=OF_LINUXCNC, moves="XY",
         refused=_SPLINE),
-    Code("G", 51, "motion", Stage.MOTION, quadratic, "parabola in XY", "xyzabcuvwij", "motion", dialects=_BOTH, moves="XY",
+    Code("G", 51, "motion", Stage.MOTION, quadratic, "parabola in XY", "xyzabcuvwij", "motion", dialects=OF_LINUXCNC, moves="XY",
         refused=_SPLINE),
-    Code("G", 52, "motion", Stage.MOTION, nurbs, "NURBS in XY, to G5.3", "xyzabcuvwpl", "motion", dialects=_BOTH, moves="XY"),
-    Code("G", 53, "motion", Stage.MOTION, end_nurbs, "end of G5.2", "", "motion", dialects=_BOTH),
+    Code("G", 52, "motion", Stage.MOTION, nurbs, "NURBS in XY, to G5.3", "xyzabcuvwpl", "motion", dialects=OF_LINUXCNC, moves="XY"),
+    Code("G", 53, "motion", Stage.MOTION, end_nurbs, "end of G5.2", "", "motion", dialects=OF_LINUXCNC),
 )  # fmt: skip

@@ -35,7 +35,8 @@ _MODULES = (
 ALONE = ("F", "S", "T", ",C", ",R", ",M", ",H", ",I", ",J", ",S")
 OFFSET_NUMBERS = ("D", "H")
 _LONE = frozenset(letter.lower() for letter in ALONE)
-BOTH = ("linuxcnc", "fanuc")
+OF_LINUXCNC, OF_FANUC = ("linuxcnc",), ("fanuc",)
+BOTH = (*OF_LINUXCNC, *OF_FANUC)
 #: FANUC's lathes, system A of G codes: the language of its mills, with other meanings of some codes.
 LATHE = "fanuc-lathe"
 #: G90, G91, and G98, G99 of cycles on lathes that have them: their numbers in system A, in tenths, which no control has.

@@ -16,7 +16,7 @@ from cncgen.gcode.budget import MOTION
 from cncgen.gcode.codes import carried_planes
 from cncgen.gcode.codes.affine import AffineSink, FramedSink, applied
 from cncgen.gcode.codes.followed_paths import LOOK_DEGREES, FollowedSink, Path
-from cncgen.gcode.codes.table import ROTARY_PATH, TOOL_POINT, Code
+from cncgen.gcode.codes.table import OF_FANUC, ROTARY_PATH, TOOL_POINT, Code
 from cncgen.gcode.codes.tools import number_in_force, table_offset, take_length
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -24,7 +24,6 @@ from cncgen.gcode.sinks.sink import Point, Sink
 from cncgen.gcode.state.modal import PLAIN_MOTIONS, Stage, to_machine, to_program, zeros
 from cncgen.machine.kinematics import Kinematics
 from cncgen.records import replace
-from cncgen.units import INCH
 
 #: A path is looked at in at least so many parts.
 _LOOK_PARTS = 2
@@ -48,7 +47,7 @@ class ToolPointSink(FollowedSink):
     def shown(self, point: Point) -> Point:
         """Return the program coordinates that put the machine where the tip of `point` needs it."""
         origin, rotation, g92, offset = self.ip.state.offsets()
-        unit = INCH if self.ip.state.inches else 1.0
+        unit = self.ip.state.unit_mm
         tip = to_machine(point, origin, rotation, g92, zeros())
         x, y, z = self.kinematics.machine(
             (tip[0] * unit, tip[1] * unit, tip[2] * unit), self._angles(tip), offset[2] * unit
@@ -58,7 +57,7 @@ class ToolPointSink(FollowedSink):
     def tip_of(self, point: Point) -> Point:
         """Return the tip's program coordinates where the machine stands at `point`: the inverse of `shown`."""
         origin, rotation, g92, offset = self.ip.state.offsets()
-        unit = INCH if self.ip.state.inches else 1.0
+        unit = self.ip.state.unit_mm
         machine = to_machine(point, origin, rotation, g92, offset)
         x, y, z = self.kinematics.tip(
             (machine[0] * unit, machine[1] * unit, machine[2] * unit), self._angles(machine), offset[2] * unit
@@ -94,7 +93,7 @@ class ToolPointSink(FollowedSink):
         self, path: Path, begin: float, before: Point, end: float, after: Point, depth: int
     ) -> Iterator[tuple[float, Point]]:
         """Yield a step, or its halves where its middle is farther from the line than the tolerance."""
-        unit = INCH if self.ip.state.inches else 1.0
+        unit = self.ip.state.unit_mm
         middle = (begin + end) / 2.0
         there = self.shown(path(middle))
         straight = [(p + q) / 2.0 for p, q in zip(before[:3], after[:3], strict=True)]
@@ -234,14 +233,13 @@ def length_off(ip: Interpreter, block: Block) -> None:
     take_length(ip, block, zeros())
 
 
-_FANUC = ("fanuc",)
 CODES = (
-    Code("G", 434, "tool length", Stage.TOOL_LENGTH, turn_on, "tool centre point control with the length H", "h", dialects=_FANUC,
+    Code("G", 434, "tool length", Stage.TOOL_LENGTH, turn_on, "tool centre point control with the length H", "h", dialects=OF_FANUC,
         takes="h", moves="XYZ", refused=("follows the tool's tip", ROTARY_PATH), without="lathes"),
     Code("G", _DIRECTIONS, "tool length", Stage.TOOL_LENGTH, turn_on_directions, "tool centre point control with directions I J K of the tool", "hijkq",
-        dialects=_FANUC, takes="h", moves="XYZrotary", refused=("follows the tool's tip", ROTARY_PATH), without="lathes"),
+        dialects=OF_FANUC, takes="h", moves="XYZrotary", refused=("follows the tool's tip", ROTARY_PATH), without="lathes"),
     Code("G", 2340, "tool length", Stage.TOOL_LENGTH, partial(turn_on, name="G234"), "tool centre point control with the length H (Haas)", "h",
-        dialects=_FANUC, takes="h", moves="XYZ", refused=("follows the tool's tip", ROTARY_PATH), without="lathes"),
-    Code("G", 490, "tool length", Stage.TOOL_LENGTH, length_off, "no tool offset, no tool centre point control", dialects=_FANUC,
+        dialects=OF_FANUC, takes="h", moves="XYZ", refused=("follows the tool's tip", ROTARY_PATH), without="lathes"),
+    Code("G", 490, "tool length", Stage.TOOL_LENGTH, length_off, "no tool offset, no tool centre point control", dialects=OF_FANUC,
         without="lathes"),
 )  # fmt: skip

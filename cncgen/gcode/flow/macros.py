@@ -10,7 +10,7 @@ import math
 
 from cncgen.gcode.block import PROGRAM, Block, Flow, Jump, evaluate, named_program, nearest
 from cncgen.gcode.codes.subprograms import of_builder
-from cncgen.gcode.codes.table import LEADS_ELSEWHERE, Code
+from cncgen.gcode.codes.table import LEADS_ELSEWHERE, OF_FANUC, Code
 from cncgen.gcode.codes.tools import whole, whole_of
 from cncgen.gcode.errors import BlockError, Stop
 from cncgen.gcode.flow import repeats
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from cncgen.gcode.flow.o_words import FlowControl
     from cncgen.gcode.text.marked_lines import Marked
 
-_FANUC = ("fanuc",)
 VACANT = math.nan
 #: The variable of input 0 of Haas's controls.
 _INPUTS = 1000
@@ -296,11 +295,11 @@ def message(ip: Interpreter, value: float, text: str) -> None:
 
 
 CODES = (
-    Code("G", 650, "macro", Stage.STOP, call, "call macro P, L times, with arguments", dialects=_FANUC, calls="p"),
-    Code("G", 660, "macro", Stage.STOP, modal_call, "call macro P after each motion", dialects=_FANUC, calls="p"),
-    Code("G", 670, "macro", Stage.STOP, end_modal_call, "end of G66", dialects=_FANUC),
+    Code("G", 650, "macro", Stage.STOP, call, "call macro P, L times, with arguments", dialects=OF_FANUC, calls="p"),
+    Code("G", 660, "macro", Stage.STOP, modal_call, "call macro P after each motion", dialects=OF_FANUC, calls="p"),
+    Code("G", 670, "macro", Stage.STOP, end_modal_call, "end of G66", dialects=OF_FANUC),
     *(
-        Code("M", number, "subprogram", Stage.STOP, run_it, text, words, dialects=_FANUC, named=named, calls=calls, refused=LEADS_ELSEWHERE,
+        Code("M", number, "subprogram", Stage.STOP, run_it, text, words, dialects=OF_FANUC, named=named, calls=calls, refused=LEADS_ELSEWHERE,
             ends="subprogram" if run_it is back else "")
         for number, run_it, text, words, named, calls in (
             (960, unless_input, "to line N P if input Q is 0 (Haas)", "pq", (), ""),

@@ -19,7 +19,6 @@ from cncgen.gcode.codes.turning_profiles import Segment, backwards, moved_aside
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext.hole_cycle import FASTEST, HoleCycle, infeeds
-from cncgen.units import INCH
 
 #: Returns the contour of a label: its segments, and the side of the tool (1 left, -1 right, 0 none).
 Read = Callable[[str], tuple[list[Segment], int]]
@@ -60,7 +59,7 @@ class Contours:
 
     def _room(self) -> float:
         """Return half the width between the walls, for a tool of which no table gives the diameter; at least 1 mm, with their allowances."""
-        unit = INCH if self.ip.state.inches else 1.0
+        unit = self.ip.state.unit_mm
         allowance, half = max(self.q[3], self.q[14], 0.0), _WIDEST / unit
         while half > _NARROWEST / unit:
             try:

@@ -47,7 +47,7 @@ def bore(cycle: HoleCycle) -> None:
     refuse("CYCL", (round(number) not in _WAYS, "cycle-words", message, hint))
     cycle.drill()
     place = cycle.place()
-    off = cycle.q[357] if cycle.q[357] >= 0.0 else _OFF / cycle.unit_mm
+    off = cycle.q[357] if cycle.q[357] >= 0.0 else _OFF / cycle.ip.state.unit_mm
     cycle.to(place + off * _WAYS[round(number)], rapid=True)
     cycle.out()
     cycle.end()

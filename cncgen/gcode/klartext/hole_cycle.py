@@ -7,7 +7,6 @@ from cncgen.gcode.codes.steps import steps_of
 from cncgen.gcode.errors import refuse
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.toolpath.record import Event
-from cncgen.units import INCH
 
 Z = 2
 #: A feed that cycles are given as MAX, or above which they mean it, mm a minute.
@@ -44,11 +43,6 @@ class HoleCycle(FlatCutter):
         self.back = max(self.start, surface + q[204])
         message = f"the depth of {name}, Q201 = {q[201]:g}, does not lead downwards"
         refuse("CYCL", (depth >= 0.0 and levels is None, "cycle-depth", message, "Q201 is below 0"))
-
-    @property
-    def unit_mm(self) -> float:
-        """The program's unit of lengths, in which lengths of the cycle's own are."""
-        return INCH if self.ip.state.inches else 1.0
 
     def go(self, z: float, *, rapid: bool) -> None:
         """Go to a height."""

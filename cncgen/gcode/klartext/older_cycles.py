@@ -111,7 +111,7 @@ def _cut_thread(ip: Interpreter, depth: float, pitch: float) -> None:
 
 def _peck_old(cycle: HoleCycle) -> None:
     """1: out after each infeed, and back to 0.6 mm above (depth / 50, at most 7 mm, in holes deeper than 30 mm)."""
-    depth, mm = abs(cycle.q[201]), 1.0 / cycle.unit_mm
+    depth, mm = abs(cycle.q[201]), 1.0 / cycle.ip.state.unit_mm
     ahead = 0.6 * mm if depth <= 30.0 * mm else min(depth / 50.0, 7.0 * mm)
     cycle.feed(cycle.q[206], "F")
     for level in drilling.steps(cycle):

@@ -46,7 +46,7 @@ class _Polygon(HoleCycle):
         #: Where the corner's rounding has its middle, from that of the stud.
         self.middle = (self.side - self.round) / math.cos(self.half)
         reach = max(blank, self.middle + self.round)
-        self.beside = reach + self.tool + _BESIDE / self.unit_mm
+        self.beside = reach + self.tool + _BESIDE / ip.state.unit_mm
 
     def loop(self, distance: float) -> None:
         """Go in along the first corner to a distance from the wall, and once around, rolling about the corners."""

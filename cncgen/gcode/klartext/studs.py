@@ -64,7 +64,7 @@ def _stud(
     count = _count(excess - side, step, name)
     # Seen with its length along Y, so that loops begin at the side to the right.
     pocket = Pocket(place, size.imag / 2.0, size.real / 2.0, corner, angle + 90.0)
-    off = radius + _BESIDE / cycle.unit_mm
+    off = radius + _BESIDE / cycle.ip.state.unit_mm
     x, y = _APPROACHES[approach]
     beside = complex(y * (blank.imag / 2.0 + off), -x * (blank.real / 2.0 + off))
 
@@ -145,15 +145,7 @@ def _face(ip: Interpreter, name: str, corner: tuple[float, float], along: int, w
     sense, across = math.copysign(1.0, length), math.copysign(1.0, width)
     over = radius + q[357] if way in (0, 2) else 0.0
     ends = (corner[along] - sense * over, corner[along] + length + sense * over)
-    kind, finished = round(q[215]), "0 roughs and finishes, 1 roughs, 2 finishes what Q369 leaves"
-    message = f"Q215 = {q[215]:g} and Q369 = {q[369]:g} do not make {name}"
-    wrong = kind not in (0, 1, 2) or (kind == 2 and q[369] <= 0.0)
-    refuse("CYCL", (wrong, "cycle-words", message, finished))
-    levels = levels_of(q[227], q[386] + q[369], abs(q[202]), name) if kind != 2 else ()
-    passes = [(level, q[207]) for level in levels]
-    if kind != 1 and q[369] > 0.0:
-        passes.append((q[386], q[385] or q[207]))
-    one_way = way in (2, 3)
+    passes, one_way = _passes(cycle), way in (2, 3)
 
     def to(at: float, k: int, *, rapid: bool) -> None:
         aside = corner[1 - along] + across * (abs(width) * (k + 1) / count - radius)
@@ -181,6 +173,20 @@ def _face(ip: Interpreter, name: str, corner: tuple[float, float], along: int, w
         if not one_way:
             cycle.go(cycle.start, rapid=True)
     cycle.end()
+
+
+def _passes(cycle: HoleCycle) -> list[tuple[float, float]]:
+    """Return the levels of a face and the feed at each: those of roughing leave Q369, that of finishing takes it; raise where Q215 has neither."""
+    q, kind = cycle.q, round(cycle.q[215])
+    message = f"Q215 = {q[215]:g} and Q369 = {q[369]:g} do not make {cycle.name}"
+    wrong = kind not in (0, 1, 2) or (kind == 2 and q[369] <= 0.0)
+    refuse(
+        "CYCL",
+        (wrong, "cycle-words", message, "0 roughs and finishes, 1 roughs, 2 finishes what Q369 leaves"),
+    )
+    levels = levels_of(q[227], q[386] + q[369], abs(q[202]), cycle.name) if kind != 2 else ()
+    finish = [(q[386], q[385] or q[207])] if kind != 1 and q[369] > 0.0 else []
+    return [*((level, q[207]) for level in levels), *finish]
 
 
 def multipass(ip: Interpreter, name: str) -> None:

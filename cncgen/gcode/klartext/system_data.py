@@ -8,7 +8,6 @@ from cncgen.gcode.block import AXES
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.units import INCH
 
 #: The data, by ID and NR: program, state of the machine, tool table, the values of TOOL CALL, lower and upper end of travel ("Traverse range":
 #: negative and positive software limit switch), position in the machine's and in the program's coordinates. The index of ID50 is the tool,
@@ -22,7 +21,7 @@ _STATE: dict[tuple[int, int], Callable[[Interpreter, int], float]] = {
     (20, 4): lambda ip, index: ip.state.speed,
     (20, 5): lambda ip, index: {1: 0.0, -1: 1.0, 0: 2.0}[ip.state.direction],
     (20, 8): lambda ip, index: float(ip.state.flood),
-    (20, 9): lambda ip, index: ip.state.feed * _unit(ip),
+    (20, 9): lambda ip, index: ip.state.feed * ip.state.unit_mm,
     (20, 10): lambda ip, index: 0.0,
     (20, 11): lambda ip, index: 0.0,
     (50, 1): lambda ip, index: _size(ip, index or ip.state.tool)[0],
@@ -31,15 +30,13 @@ _STATE: dict[tuple[int, int], Callable[[Interpreter, int], float]] = {
     (60, 3): lambda ip, index: ip.state.speed,
     (230, 2): lambda ip, index: _end_of_travel(ip, index, 1),
     (230, 3): lambda ip, index: _end_of_travel(ip, index, 2),
-    (240, 1): lambda ip, index: ip.machine_position()[index - 1] * (1.0 if 4 <= index <= 6 else _unit(ip)),
-    (270, 1): lambda ip, index: ip.state.position[index - 1] * (1.0 if 4 <= index <= 6 else _unit(ip)),
+    (240, 1): lambda ip, index: (
+        ip.machine_position()[index - 1] * (1.0 if 4 <= index <= 6 else ip.state.unit_mm)
+    ),
+    (270, 1): lambda ip, index: ip.state.position[index - 1] * (1.0 if 4 <= index <= 6 else ip.state.unit_mm),
 }
 #: ID of the tool table, NR of its columns L, R, and of the last one that moves the tool (R2, DL, DR, DR2).
 _TABLE, _LENGTH, _RADIUS, _LAST_SIZE = 50, 1, 2, 6
-
-
-def _unit(ip: Interpreter) -> float:
-    return INCH if ip.state.inches else 1.0
 
 
 def _size(ip: Interpreter, number: int) -> tuple[float, float]:
@@ -49,7 +46,7 @@ def _size(ip: Interpreter, number: int) -> tuple[float, float]:
         return 0.0, 0.0
     # DL and DR of a call are not of the table.
     length, diameter = Plain.of(ip).sizes.get(number, (tool.offset[2], tool.diameter))
-    scale = ip.table_scale() * _unit(ip)
+    scale = ip.table_scale() * ip.state.unit_mm
     return length * scale, diameter * scale / 2.0
 
 
@@ -94,7 +91,7 @@ def write(ip: Interpreter, group: int, number: int, index: int, value: float) ->
         _warn_of_column(ip, number, "writing it is passed over")
         return
     Plain.of(ip).sizes.pop(index, None)
-    tool, scale = ip.tools.made(index), ip.table_scale() * _unit(ip)
+    tool, scale = ip.tools.made(index), ip.table_scale() * ip.state.unit_mm
     if number == _LENGTH:
         tool.offset[2] = value / scale
     else:

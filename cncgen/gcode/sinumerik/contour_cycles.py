@@ -22,7 +22,6 @@ from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.sinumerik.arcs import follow
 from cncgen.gcode.sinumerik.cycle_modes import MillingModes
 from cncgen.gcode.sinumerik.cycles import Hole, Values, filled, given
-from cncgen.units import INCH
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
@@ -213,8 +212,9 @@ class Cuts:
         message = f"the contour of {name} goes back along {'X' if swap else 'Z'}"
         hint = "cut what lies behind in a cycle of its own"
         refuse(name, (returns, "profile-not-monotonic", message, hint))
-        usual = _LIFT / INCH if motions.ip.state.inches else _LIFT
-        return cls(Lathe(motions.ip, across, swap), path, swap, lift or usual, name)
+        return cls(
+            Lathe(motions.ip, across, swap), path, swap, lift or _LIFT / motions.ip.state.unit_mm, name
+        )
 
     def rough(self, infeed: float, along_z: float, along_x: float, aside: float) -> None:
         """Cut in levels, and leave allowances: FAL moves the contour aside, FALZ and FALX back and up."""

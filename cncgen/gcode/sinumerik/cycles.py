@@ -20,7 +20,6 @@ from cncgen.gcode.codes.spindle import waited_s
 from cncgen.gcode.codes.steps import MOST, steps_of
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.sinumerik.expressions import Scalar
-from cncgen.units import INCH
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
@@ -145,7 +144,7 @@ class Hole:
 
     def mm(self, length: float) -> float:
         """Return a length in the unit of the program."""
-        return length / INCH if self.motions.ip.state.inches else length
+        return length / self.motions.ip.state.unit_mm
 
     def ahead_of(self, depth: float) -> float:
         """Return how far above a depth traverse ends, as the control works it out (840D, Programming Guide, Cycles, CYCLE83, DIS1)."""

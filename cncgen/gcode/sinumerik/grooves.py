@@ -16,7 +16,6 @@ from cncgen.gcode.codes.steps import steps_of
 from cncgen.gcode.errors import refuse
 from cncgen.gcode.sinumerik.arcs import follow
 from cncgen.gcode.sinumerik.cycles import Values, filled
-from cncgen.units import INCH
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
@@ -132,7 +131,7 @@ def _width(motions: Motions, name: str, base: float) -> float:
     """Return the width of the tool, for a base of that width between its corners, and say how the groove is cut with it."""
     ip = motions.ip
     known = 2.0 * ip.tool_radius()
-    width = known or min(_WIDTH / (INCH if ip.state.inches else 1.0), base)
+    width = known or min(_WIDTH / ip.state.unit_mm, base)
     message = (
         f"the tool, {width:g} wide, does not go into {name}, whose base is {base:g} wide between its corners"
     )
@@ -158,7 +157,7 @@ def groove(motions: Motions, name: str, values: Values) -> None:
     edges, inner = (sizes[:2], sizes[2:]) if from_left else (sizes[1::-1], sizes[:1:-1])
     left, top = v[1] if from_left else v[1] - v[2], side * v[0] / 2.0
     width = _width(motions, name, v[2] - sum(map(abs, inner)))
-    lift = abs(v[16]) or _LIFT / (INCH if motions.ip.state.inches else 1.0)
+    lift = abs(v[16]) or _LIFT / motions.ip.state.unit_mm
     job = _Groove(motions, side, left, left + v[2], top, top - v[3], (inner[0], inner[1]), width, lift)
     _rough(job, name, v, from_left)
     if v[11] or v[12] or any(sizes):

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 from cncgen.gcode.codes.steps import MOST
 from cncgen.gcode.errors import refuse
 from cncgen.gcode.sinumerik.cycles import Values, check_mode_plane, filled, given, pitch_of
-from cncgen.units import INCH
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
@@ -91,7 +90,7 @@ def _cut(
     depths = [rough * (math.sqrt(k / cuts) if kind > 2 else k / cuts) for k in range(1, cuts + 1)]
     finishing = [depth] * ((1 if allowance or not job.roughs else 0) + idle)
     depths = [*(depths if job.roughs else ()), *(finishing if job.finishes else ())]
-    off = job.off or (_OFF / INCH if motions.ip.state.inches else _OFF)
+    off = job.off or _OFF / motions.ip.state.unit_mm
     entry = ends[0][1] + slopes[0] * (first - start)
     out = (max if side > 0.0 else min)(entry, *(radius for _, radius in (*ends, path[-1]))) + side * off
     motions.move({"X": out, "Z": first}, rapid=True)

@@ -6,6 +6,7 @@ import math
 
 from cncgen.records import dataclass, field
 from cncgen.toolpath.record import PathMode
+from cncgen.units import INCH
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -145,6 +146,11 @@ class State:
     length_code: float = 49
     length_number: int | None = None
     radius_number: int | None = None
+
+    @property
+    def unit_mm(self) -> float:
+        """The unit of lengths in force, mm."""
+        return INCH if self.inches else 1.0
 
     def plane_axes(self) -> tuple[int, int, int]:
         """Return the columns of the plane's first and second axis and of its normal."""
