@@ -229,25 +229,30 @@ class LanguageCode(Code):
             return count == 1 or count == 4
         elif work == WORK_SETTING or work == WORK_OPERATION:
             taken = self._setting(k, count, work)
-        elif work == WORK_RADIUS:
+        else:
+            taken = self._reduced_rarely(work, k, count)
+        if count > 1:
+            self.ends[k] = self.ends[k + count - 1]
+        return taken
+
+    @cython.cfunc
+    def _reduced_rarely(self, work: cython.int, k: cython.int, count: cython.int) -> cython.int:
+        """Write the code of a rule that a line has once, if at all."""
+        if work == WORK_RADIUS:
             # R0 alone ends a compensation that is not in force.
-            taken = (
+            return (
                 count == 2
                 and self.ends[k + 1] == self.begins[k + 1] + 1
                 and self.text[self.begins[k + 1]] == 48
             )
-        elif work == WORK_MOTION:
-            taken = self._motion(k)
-        elif work == WORK_FAST:
-            taken = self._fast(self.text[self.ends[k] - 1] | 32)
-        elif work == WORK_PI:
+        if work == WORK_MOTION:
+            return self._motion(k)
+        if work == WORK_FAST:
+            return self._fast(self.text[self.ends[k] - 1] | 32)
+        if work == WORK_PI:
             self.alike = False
-            taken = self.push(_PI_VALUE)
-        elif work >= WORK_UNLESS:
-            taken = self._jumping(work, k, count)
-        if count > 1:
-            self.ends[k] = self.ends[k + count - 1]
-        return taken
+            return self.push(_PI_VALUE)
+        return self._jumping(work, k, count) if work >= WORK_UNLESS else 1
 
     # The parts of a line.
 

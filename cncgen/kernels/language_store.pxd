@@ -17,4 +17,6 @@ cdef class LanguageStore(Store):
     cdef bint has_element(self, int k, double index)
     cdef bint set_element(self, int k, double index, double value)
     cdef bint _put(self, object variable, int k, long long place, double value)
+    cdef int _repeats(self, object here, double value)
+    cdef int _counts(self, object here, int counter, double value, double last)
     cdef int goes(self, Py_ssize_t r, long long line, int jump, int counter, double value, double last) except -2

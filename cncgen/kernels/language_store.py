@@ -177,9 +177,7 @@ class LanguageStore(Store):
             counter: Of FOR, the instruction that sets its counter, which `value` begins; `last` ends it.
             value: The condition, or a number of rounds.
         """
-        goes: cython.bint = True
-        named: cython.bint = (counter & 255) == SET_VARIABLE
-        k: cython.int = counter >> 8
+        goes: cython.int = 1
         if jump == LEAVES:
             back = self.leave() if self.calls > 0 else None
             if back is None:
@@ -200,16 +198,7 @@ class LanguageStore(Store):
         elif jump == WHEN:
             goes = value != 0.0
         elif jump == REPEATS:
-            left = self.loops.get(here)
-            if left is None:
-                if not fabs(value) <= _LARGEST:
-                    return -1
-                left = float(round(value))
-            goes = left > 0.0
-            if goes:
-                self.loops[here] = left - 1.0
-            else:
-                self.loops.pop(here, None)
+            goes = self._repeats(here, value)
         elif jump == CALLS:
             loops = self.call(here, way[1])
             if loops is None:
@@ -217,20 +206,41 @@ class LanguageStore(Store):
             self.loops = loops
             self.calls += 1
         elif jump == COUNTS:
-            if here in self.loops:
-                if named and not self.has(k):
-                    return -1
-                value = (self.found if named else self.numbers[k]) + 1.0
-            if not isfinite(last) or not (self.set_variable(k, value) if named else self.set(k, value)):
-                return -1
-            goes = value > last
-            if goes:
-                self.loops.pop(here, None)
-            else:
-                self.loops[here] = last
-        if goes and (jump == GOES or jump == WHEN) and self.loops:
+            goes = self._counts(here, counter, value, last)
+        if goes > 0 and (jump == GOES or jump == WHEN) and self.loops:
             self.enters(way[1])
         return goes
+
+    @cython.cfunc
+    def _repeats(self, here, value: cython.double) -> cython.int:
+        """Count the rounds of a call down; tell whether one follows, -1 where their number can be none."""
+        left = self.loops.get(here)
+        if left is None:
+            if not fabs(value) <= _LARGEST:
+                return -1
+            left = float(round(value))
+        if left > 0.0:
+            self.loops[here] = left - 1.0
+        else:
+            self.loops.pop(here, None)
+        return left > 0.0
+
+    @cython.cfunc
+    def _counts(self, here, counter: cython.int, value: cython.double, last: cython.double) -> cython.int:
+        """Count a loop up; tell whether it is beyond its end, -1 where that is not certain."""
+        named: cython.bint = (counter & 255) == SET_VARIABLE
+        k: cython.int = counter >> 8
+        if here in self.loops:
+            if named and not self.has(k):
+                return -1
+            value = (self.found if named else self.numbers[k]) + 1.0
+        if not isfinite(last) or not (self.set_variable(k, value) if named else self.set(k, value)):
+            return -1
+        if value > last:
+            self.loops.pop(here, None)
+        else:
+            self.loops[here] = last
+        return value > last
 
 
 @cython.cfunc

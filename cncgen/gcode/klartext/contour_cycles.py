@@ -126,7 +126,6 @@ def rough(contours: Contours) -> None:
     levels = contours.levels(q[4])
     contours.rows(q[3], levels, contours.out())
     contours.around(q[3], levels, contours.out())
-    contours.end()
 
 
 def floor(contours: Contours) -> None:
@@ -134,13 +133,11 @@ def floor(contours: Contours) -> None:
     bottom = (contours.q[5] + contours.q[1],)
     contours.rows(contours.q[3], bottom, contours.out())
     contours.around(contours.q[3], bottom, contours.out())
-    contours.end()
 
 
 def side(contours: Contours) -> None:
     """24: around each wall, Q14 off it, level by level."""
     contours.around(contours.q[14], contours.levels(0.0))
-    contours.end()
 
 
 def pilot(contours: Contours) -> None:
@@ -161,7 +158,6 @@ def pilot(contours: Contours) -> None:
     for level in contours.levels(q[4]):
         way.to(z=level)
         way.to(z=contours.start, rapid=True)
-    contours.end()
 
 
 def _one_of(q: Sequence[float], number: int, count: int) -> int:

@@ -147,7 +147,6 @@ _PRESET = CycleRow(None, "339")
 PATTERNS = (220, 221)
 #: Cycles that move nothing that is planned: orientation of the spindle; weighing the load, tuning by the machine's builder.
 _IDLE = (13, 239, 332, 392)
-_CONTOURS = (*contour_cycles.RUN, contour_cycles.TRAIN)
 READ = tuple(sorted((*older_cycles.PARTS, *ROWS, programs.CYCLE, 14)))
 
 
@@ -259,16 +258,19 @@ def call(ip: Interpreter, here: Block) -> None:
         ip.warn("cycle-depth", message, "CYCL", "Q201 is below 0")
         return
     _tell(ip, number, row)
-    if number in _CONTOURS:
-        read = plain.contour or (lambda label: ([], 0))
-        if number == contour_cycles.TRAIN:
-            contour_cycles.train(ip, name, plain.labels, read)
-        else:
-            row.run(contour_cycles.Contours(ip, name, plain.labels, read))
-    elif row.free:
+    if row.free:
         row.run(ip, name)
-    else:
-        row.run(HoleCycle(ip, name, levels))
+        return
+    read = plain.contour or (lambda label: ([], 0))
+    if number == contour_cycles.TRAIN:
+        contour_cycles.train(ip, name, plain.labels, read)
+        return
+    of_contours = number in contour_cycles.RUN
+    cycle = (
+        contour_cycles.Contours(ip, name, plain.labels, read) if of_contours else HoleCycle(ip, name, levels)
+    )
+    row.run(cycle)
+    cycle.end()
 
 
 def pattern(ip: Interpreter, number: int, cycle: int, here: Block) -> None:

@@ -30,14 +30,12 @@ def drill(cycle: HoleCycle) -> None:
         cycle.go(depth + q[200], rapid=True)
     cycle.go(cycle.bottom, rapid=False)
     cycle.dwell(q[211])
-    cycle.end()
 
 
 def ream(cycle: HoleCycle) -> None:
     """201: in at Q206, wait Q211, out at Q208."""
     cycle.drill()
     cycle.out()
-    cycle.end()
 
 
 def bore(cycle: HoleCycle) -> None:
@@ -50,8 +48,7 @@ def bore(cycle: HoleCycle) -> None:
     off = cycle.q[357] if cycle.q[357] >= 0.0 else _OFF / cycle.ip.state.unit_mm
     cycle.to(place + off * _WAYS[round(number)], rapid=True)
     cycle.out()
-    cycle.end()
-    cycle.to(place, rapid=True)
+    cycle.home = place
 
 
 def steps(cycle: HoleCycle, begin: float | None = None) -> list[float]:
@@ -86,7 +83,6 @@ def universal(cycle: HoleCycle) -> None:
         cycle.go(depth + q[200], rapid=True)
     cycle.dwell(q[211])
     cycle.out()
-    cycle.end()
 
 
 def peck(cycle: HoleCycle) -> None:
@@ -118,7 +114,6 @@ def peck(cycle: HoleCycle) -> None:
     cycle.dwell(q[211])
     if q[208] < FASTEST:
         cycle.out()
-    cycle.end()
 
 
 def tap(cycle: HoleCycle) -> None:
@@ -133,7 +128,6 @@ def tap(cycle: HoleCycle) -> None:
     cycle.feed(abs(pitch) * speed, "Q239 S")
     cycle.go(cycle.bottom, rapid=False)
     cycle.go(cycle.start, rapid=False)
-    cycle.end()
 
 
 def bore_milling(cycle: HoleCycle) -> None:
@@ -156,7 +150,6 @@ def bore_milling(cycle: HoleCycle) -> None:
     for count in (turns, 1):
         cycle.arc(middle + radius, middle, sense * count, cycle.bottom)
     cycle.to(middle)
-    cycle.end()
 
 
 def centre(cycle: HoleCycle) -> None:
@@ -168,7 +161,6 @@ def centre(cycle: HoleCycle) -> None:
         cycle.ip.warn_once("tool-assumed", message, "CYCL", hint)
     cycle.drill()
     cycle.go(cycle.start, rapid=True)
-    cycle.end()
 
 
 def levels(number: int, q: Sequence[float]) -> tuple[float, float] | None:
@@ -195,7 +187,6 @@ def tap_floating(cycle: HoleCycle) -> None:
     ip.sink.set_spindle(ip.state.speed, -ip.state.direction)
     cycle.go(cycle.start, rapid=False)
     ip.sink.set_spindle(ip.state.speed, ip.state.direction)
-    cycle.end()
 
 
 def tap_breaking(cycle: HoleCycle) -> None:
@@ -210,7 +201,6 @@ def tap_breaking(cycle: HoleCycle) -> None:
     if q[403] > 0.0:
         cycle.feed(abs(pitch) * ip.state.speed * q[403], "Q239 S Q403")
     cycle.go(cycle.start, rapid=False)
-    cycle.end()
 
 
 def back_bore(cycle: HoleCycle) -> None:
@@ -237,7 +227,6 @@ def back_bore(cycle: HoleCycle) -> None:
     cycle.to(beside, rapid=True)
     cycle.go(cycle.start, rapid=False)
     cycle.to(middle, rapid=True)
-    cycle.end()
 
 
 def single_lip(cycle: HoleCycle) -> None:
@@ -271,4 +260,3 @@ def single_lip(cycle: HoleCycle) -> None:
     if q[427] > 0.0:
         ip.sink.set_spindle(q[427], turn)
     cycle.out()
-    cycle.end()

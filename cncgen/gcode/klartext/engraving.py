@@ -51,4 +51,3 @@ def engrave(cycle: HoleCycle) -> None:
             cycle.plunge(level, q[206], q[207])
             for point in stroke[1:]:
                 cycle.to(place + point * turn)
-    cycle.end()

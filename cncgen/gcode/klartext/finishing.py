@@ -51,8 +51,7 @@ def _finish(cycle: HoleCycle, wall: Pocket, allowance: float, outside: bool) -> 
     path.to(place, rapid=True)
     cycle.go(cycle.start, rapid=True)
     _around(cycle, path, place, edge, 1)
-    cycle.end()
-    path.to(0j, rapid=True)
+    cycle.home = path.origin
 
 
 def _around(cycle: HoleCycle, path: PocketPath, place: complex, edge: complex, sense: int) -> None:
@@ -222,7 +221,6 @@ def slot(cycle: HoleCycle) -> None:
         loop = [(begin - side * turn, None, 1), (begin - across, begin, 1), (end - across, None, 1), (end + across, end, 1),
                 (begin + across, None, 1), (begin - side * turn, begin, 1)]  # fmt: skip
         _finish_slot(cycle, begin, loop, None)
-    cycle.end()
 
 
 def bow(cycle: HoleCycle) -> None:
@@ -241,4 +239,3 @@ def bow(cycle: HoleCycle) -> None:
     if round(q[215]) != 1 and side > _TINY:
         edge = along.place(ring + side, along.begin)
         _finish_slot(cycle, begin, [(edge, None, 1), *along.loop(side, 1)], along)
-    cycle.end()

@@ -28,9 +28,10 @@ def check_feeds(cycle: HoleCycle) -> None:
 
 
 class HoleCycle(FlatCutter):
-    """One run of a cycle where the tool is."""
+    """One run of a cycle where the tool is; `home` is where it goes at last, above the second clearance."""
 
     fastest = FASTEST
+    home: complex | None = None
 
     def __init__(self, ip: Interpreter, name: str, levels: tuple[float, float] | None = None) -> None:
         """Take the surface and the depth, usually Q203 and Q201."""
@@ -90,3 +91,5 @@ class HoleCycle(FlatCutter):
         """Go to the second clearance, with the program's feed in force again."""
         self.go(self.back, rapid=True)
         self.ip.sink.set_feed_rate(self.ip.state.feed)
+        if self.home is not None:
+            self.to(self.home, rapid=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 from cncgen.gcode.source import Source
 from cncgen.grammars.terminals import HEIDENHAIN as TERMINALS
@@ -139,35 +140,55 @@ def bodies(
         passed: Takes offset and number of a line that begins a block; returns those of the first line behind the plain ones that it takes,
             the last of which it leaves, as it may go on.
     """
-    offset, number = 0, 1
-    left_out = goes_on = numbered = whole = remark = formula = False
+    offset, number, above = 0, 1, _Above()
     while offset < len(source):
-        if not goes_on:
+        if not above.goes_on:
             offset, number = passed(offset, number)
-        text = source.text_at(offset)
-        if not goes_on:
-            left_out = _SLASH.match(text) is not None
-        # A comment that ends in ~ goes on in the next line, unless a block begins there in the first column; one behind words, or in a
-        # cycle, unless that line is of the block.
-        begins = _BEGINS.match(text) is not None
-        goes_on = goes_on and not (remark and begins and not text[0].isspace())
-        remark = goes_on and remark and (whole or _GOES_ON.match(text) is None)
-        whole = (remark and whole) or (_REMARK.match(text) is not None and not goes_on)
-        # So does a formula, and so do words; the parameters of a cycle are blocks of their own.
-        rest = goes_on and formula and not remark and not begins
-        more = goes_on and not (remark or begins or _GOES_ON.match(text))
-        # A block that is left out goes on behind ~ as well.
-        behind, goes_on = goes_on, text.rstrip().endswith("~")
-        if left_out:
-            text = "" if block_delete else text.replace("/", " ", 1)
-        body = "" if remark else body_of(text, formula=rest)
-        remark = remark or whole or ";" in text
-        below = rest or more or (numbered and _WORDS_BELOW.match(body) is not None)
-        numbered = below or _NUMBERED.match(text) is not None
-        said = _without_number(body)
-        formula = rest or _SETS.match(said) is not None
-        yield offset, number, body if rest else said, below, behind
+        body, below, behind = above.take(source.text_at(offset), block_delete=block_delete)
+        yield offset, number, body, below, behind
         offset, number = source.line_end(offset) + 1, number + 1
+
+
+@dataclass(slots=True)
+class _Above:
+    """What the lines above a line say of it: whether they go on there, are left out, have a number, are a comment (that began its line), or
+    a formula."""
+
+    goes_on: bool = False
+    left_out: bool = False
+    numbered: bool = False
+    remark: bool = False
+    whole: bool = False
+    formula: bool = False
+
+    def take(self, text: str, *, block_delete: bool) -> tuple[str, bool, bool]:
+        """Return the text of a line without number and comment, and whether it goes on with the block above, or with its line."""
+        if not self.goes_on:
+            self.left_out = _SLASH.match(text) is not None
+        begins = _BEGINS.match(text) is not None
+        behind = self._is_behind(text, begins)
+        # So does a formula, and so do words; the parameters of a cycle are blocks of their own.
+        rest = behind and self.formula and not self.remark and not begins
+        more = behind and not (self.remark or begins or _GOES_ON.match(text))
+        # A block that is left out goes on behind ~ as well.
+        self.goes_on = text.rstrip().endswith("~")
+        if self.left_out:
+            text = "" if block_delete else text.replace("/", " ", 1)
+        body = "" if self.remark else body_of(text, formula=rest)
+        self.remark = self.remark or self.whole or ";" in text
+        below = rest or more or (self.numbered and _WORDS_BELOW.match(body) is not None)
+        self.numbered = below or _NUMBERED.match(text) is not None
+        said = _without_number(body)
+        self.formula = rest or _SETS.match(said) is not None
+        return body if rest else said, below, behind
+
+    def _is_behind(self, text: str, begins: bool) -> bool:
+        """Tell whether a line goes on with the one above; its comment goes on too, unless a block begins there in the first column, or, of
+        one behind words or in a cycle, unless the line is of the block."""
+        behind = self.goes_on and not (self.remark and begins and not text[0].isspace())
+        self.remark = behind and self.remark and (self.whole or _GOES_ON.match(text) is None)
+        self.whole = (self.remark and self.whole) or (_REMARK.match(text) is not None and not behind)
+        return behind
 
 
 def unset(sources: Sequence[Source]) -> dict[str, tuple[int, int, int]]:

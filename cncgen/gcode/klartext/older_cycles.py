@@ -88,6 +88,7 @@ def run(ip: Interpreter, number: int) -> None:
             _POCKETS[number](cycle, values)
         else:
             {1: _peck_old, 2: drilling.tap_floating, 17: drilling.tap}[number](cycle)
+        cycle.end()
     finally:
         for key, value in kept.items():
             q[key] = value
@@ -121,4 +122,3 @@ def _peck_old(cycle: HoleCycle) -> None:
         cycle.go(cycle.start, rapid=True)
         cycle.go(level + ahead, rapid=True)
     cycle.dwell(cycle.q[211])
-    cycle.end()

@@ -37,8 +37,7 @@ def pocket(
     if finishes and floor > 0.0:
         how = Clearing(tool, step, (cycle.bottom,), cycle.start, q[385] or q[207], q[206], sense)
         clear(ip, wall, how, cycle.name)
-    cycle.end()
-    cycle.to(place, rapid=True)
+    cycle.home = place
 
 
 def _turned(cycle: HoleCycle, way: complex, angle: float) -> complex:
@@ -125,7 +124,6 @@ def bows(cycle: HoleCycle) -> None:
         bow = Bow(middle, q[375] / 2.0, *sorted((begin, begin + q[248])))
         for left, how in runs:
             clear_bow(ip, bow, q[219] / 2.0 - left, how, cycle.name)
-    cycle.end()
 
 
 def rectangular_pocket(cycle: HoleCycle) -> None:

@@ -103,7 +103,6 @@ def _inside(cycle: HoleCycle) -> _Way:
 def mill(cycle: HoleCycle) -> None:
     """262."""
     _helix(cycle, _inside(cycle), cycle.q[351] >= 0.0, round(cycle.q[355]))
-    cycle.end()
 
 
 def countersink_and_mill(cycle: HoleCycle) -> None:
@@ -120,7 +119,6 @@ def countersink_and_mill(cycle: HoleCycle) -> None:
             _circle(cycle, way, q[357])
     _front(cycle, way, q[254], "Q254")
     _helix(cycle, way, q[351] >= 0.0, 0)
-    cycle.end()
 
 
 def drill_and_mill(cycle: HoleCycle) -> None:
@@ -129,7 +127,6 @@ def drill_and_mill(cycle: HoleCycle) -> None:
     _drill(cycle)
     _front(cycle, way, cycle.q[207], "Q207")
     _helix(cycle, way, cycle.q[351] >= 0.0, 0)
-    cycle.end()
 
 
 def downwards(cycle: HoleCycle) -> None:
@@ -140,7 +137,6 @@ def downwards(cycle: HoleCycle) -> None:
     _helix(cycle, way, cycle.q[239] < 0.0, 1)
     if round(cycle.q[360]):
         _front(cycle, way, cycle.q[254], "Q254")
-    cycle.end()
 
 
 def mill_outside(cycle: HoleCycle) -> None:
@@ -152,4 +148,3 @@ def mill_outside(cycle: HoleCycle) -> None:
     cycle.to(way.place, rapid=True)
     _front(cycle, way, q[254], "Q254")
     _helix(cycle, way, q[351] >= 0.0, round(q[355]))
-    cycle.end()
