@@ -62,8 +62,6 @@ _PATTERNS = {
     360: ("ijkp", "ikp", "k", _arc, "on an arc (Mitsubishi, Mazak)", "G36 X30. Y-10. I30. J10. P15. K8"),
     371: ("ijkp", "ijkp", "p", _grid, "on a grid (Mitsubishi, Mazak)", "G37.1 X30. Y-10. I5. P10 J10. K8"),
 }  # fmt: skip
-
-
 #: Values that codes of Haas with these numbers measure and set, outside of cycles ("G35", "G36").
 _MEASURES = {350: "the tool's diameter", 360: "the origin"}
 

@@ -98,13 +98,6 @@ def _retract(ip: Interpreter, sticky: Sticky, bottom: float, axis: str) -> float
     return within[-1]
 
 
-def _tell_upwards(ip: Interpreter, axis: str, level: float, bottom: float) -> None:
-    """Warn of a hole towards greater coordinates: that of a second spindle, or of a lathe whose Z points into the part."""
-    message = f"the hole leads from {axis}{level:g} up to {axis}{bottom:g}, towards greater {axis}"
-    hint = "holes on a second spindle do, and on lathes whose Z points into the part"
-    ip.warn_once("cycle-depth", message, axis, hint)
-
-
 def _cycle(ip: Interpreter, block: Block, number: int) -> None:
     moves, axis = _MOVES[number]
     cycle = HOLES[moves]
@@ -121,7 +114,14 @@ def _cycle(ip: Interpreter, block: Block, number: int) -> None:
     retract, bottom = _levels(ip, sticky, axis)
     up = -1.0 if bottom > sticky.level else 1.0
     if up < 0.0:
-        _tell_upwards(ip, axis.upper(), sticky.level, bottom)
+        letter, hint = (
+            axis.upper(),
+            "holes on a second spindle do, and on lathes whose Z points into the part",
+        )
+        message = (
+            f"the hole leads from {letter}{sticky.level:g} up to {letter}{bottom:g}, towards greater {letter}"
+        )
+        ip.warn_once("cycle-depth", message, letter, hint)
     words = {**sticky.words, "p": sticky.words.get("p", 0.0)}
     if cycle.needs and words.setdefault("q", abs(retract - bottom) or 1.0) <= 0.0:
         raise BlockError("cycle-peck", f"Q{words['q']:g} of {name} must be greater than 0", "Q")

@@ -145,20 +145,16 @@ def constant_surface(ip: Interpreter, block: Block) -> None:
     limit = block.words.get("d", unless_given)
     if limit < 0.0:
         raise BlockError("negative-speed", f"D{limit:g} of G96 is negative", "D")
-    again = _surface_again(ip) if "s" not in block.words else None
+    again = None
+    if "s" not in block.words and ip.dialect != "linuxcnc":
+        # FANUC and SINUMERIK take the last surface speed up again.
+        again = ip.state.surface_speed if ip.state.constant_surface is None else ip.state.speed
     if "s" not in block.words and again is None:
         message = "G96 has no surface speed"
         raise BlockError("speed-missing", message, "G96", hint="give it as S in the same block")
     bound_surface_speed(ip, limit, max(spindle_of(ip, block), 0))
     if again is not None:
         _take_speed(ip, again)
-
-
-def _surface_again(ip: Interpreter) -> float | None:
-    """Return the surface speed that G96 without S takes up again (FANUC, SINUMERIK), None where there was none."""
-    if ip.dialect == "linuxcnc":
-        return None
-    return ip.state.surface_speed if ip.state.constant_surface is None else ip.state.speed
 
 
 def _take_speed(ip: Interpreter, speed: float) -> None:

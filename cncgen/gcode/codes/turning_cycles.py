@@ -117,8 +117,9 @@ def _prepare(ip: Interpreter, block: Block, name: str, swap: bool) -> TurningJob
     across = _frame(profile, swap)
     profile = [segment.seen(across, swap) for segment in profile]
     start = Segment(start, start).seen(across, swap).start
-    if name != "G70":
-        _check_monotonic(profile, name)
+    if name != "G70" and not all(segment.advances() for segment in profile):
+        message = f"the profile of {name} goes back along the travel: that part cannot be cut from one side"
+        raise BlockError("profile-not-monotonic", message, "Q")
     lathe = Lathe(ip, across, swap)
     start = complex(min(start.real, profile[0].start.real), start.imag)
     lathe.rapid(start)
@@ -135,13 +136,6 @@ def _is_left(start: complex, profile: list[Segment]) -> bool:
     if abs(heading.real) < TINY:
         return way.imag > -TINY if len(profile) > _FEW else heading.imag > 0.0
     return len(profile) == 1 or heading.real * way.imag - heading.imag * way.real > -TINY
-
-
-def _check_monotonic(profile: list[Segment], name: str) -> None:
-    """Raise where a profile goes back along the travel."""
-    if not all(segment.advances() for segment in profile):
-        message = f"the profile of {name} goes back along the travel: that part cannot be cut from one side"
-        raise BlockError("profile-not-monotonic", message, "Q")
 
 
 def finish(ip: Interpreter, block: Block) -> None:

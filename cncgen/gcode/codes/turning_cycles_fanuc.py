@@ -254,19 +254,14 @@ def _free(path: list[Segment], begin: float, level: float) -> Iterator[tuple[flo
     for left, right in pairwise(places):
         if right - left <= TINY:
             continue
-        if left < path[0].start.real - TINY or _height(path, 0.5 * (left + right)) < level - TINY:
+        highest = max((p.imag for one in path for p in _over(one, 0.5 * (left + right))), default=-math.inf)
+        if left < path[0].start.real - TINY or highest < level - TINY:
             open_at = left if open_at is None else open_at
         elif open_at is not None:
             yield open_at, left
             open_at = None
     if open_at is not None:
         yield open_at, places[-1]
-
-
-def _height(path: list[Segment], at: float) -> float:
-    """Return how high a path is at a place of the travel, the highest of it."""
-    found = [p.imag for segment in path for p in _over(segment, at)]
-    return max(found) if found else -math.inf
 
 
 def _over(segment: Segment, at: float) -> list[complex]:

@@ -146,11 +146,10 @@ class Course:
 
     def _scan(self, here: Cursor) -> int:
         """Run plain blocks; return why the scanner stopped, FULL where they lead elsewhere."""
-        self.reached, why = self.pending.scan(here, self._ahead)
+        self.reached, why, has_words = self.pending.scan(here, self._ahead)
         self.ip.budget.forward = self.reached.line
         self._since = 0
-        if self.pending.has_words():
-            self.percent.seen = True
+        self.percent.seen = self.percent.seen or has_words
         place = self.pending.run()
         self._ahead = min(2 * self._ahead, BLOCKS) if place is None else FEW_BLOCKS
         if place is not None:

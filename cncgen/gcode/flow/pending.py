@@ -57,13 +57,11 @@ class PendingBlocks:
         """How many blocks are pending."""
         return self._plain.count
 
-    def scan(self, here: Cursor, most: int) -> tuple[Cursor, int]:
-        """Read plain blocks from a line on, in place of those that stand here; as `PlainBlocks.scan`."""
-        return self._plain.scan(self._sources[here.source], here, most)
-
-    def has_words(self) -> bool:
-        """Tell whether a pending block has a word."""
-        return self._plain.count > 0 and self._plain.word_end[self._plain.count - 1] > 0
+    def scan(self, here: Cursor, most: int) -> tuple[Cursor, int, bool]:
+        """Read plain blocks from a line on, in place of those that stand here; as `PlainBlocks.scan`, and whether one has a word."""
+        plain = self._plain
+        after, why = plain.scan(self._sources[here.source], here, most)
+        return after, why, plain.count > 0 and plain.word_end[plain.count - 1] > 0
 
     def compute(self, here: Cursor, reached: Cursor, since: int) -> LinesRead | None:
         """Read on, from a line, lines that are computed, as `Computing.read`; None for other lines."""

@@ -55,8 +55,6 @@ _TIP = re.compile(rb"(?<![A-Z])(?:M128|TCPM)\b", re.IGNORECASE)
 #: Rotary words that are spatial angles, to which the machine's axes turn, and what stands for them among the axes.
 _ANGLES = "SPAT"
 _SPATIAL = re.compile(rb"TCPM\b[^\n]*\bAXIS[ \t]+SPAT\b", re.IGNORECASE)
-
-
 #: Programs that call each other deeper than this are not looked at.
 _DEEPEST = 20
 

@@ -22,8 +22,6 @@ from cncgen.gcode.klartext.hole_cycle import FASTEST, HoleCycle, infeeds
 
 #: Returns the contour of a label: its segments, and the side of the tool (1 left, -1 right, 0 none).
 Read = Callable[[str], tuple[list[Segment], int]]
-
-
 #: Half the widths of contours between which a tool without a diameter is tried, mm.
 _WIDEST, _NARROWEST = 6.25, 0.5
 

@@ -8,7 +8,6 @@ from functools import partial
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import Own
 from cncgen.gcode.codes.plain_language import Plain
-from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.klartext import contours, free_contours
 from cncgen.gcode.klartext.executing import Execution, in_order
@@ -172,17 +171,13 @@ class ContourLines(Execution):
             block.words |= corner
             block.g = (*block.g, {0: 10, 1: 30, -1: 20}[segment.spin])
             if count:
-                self._tell_choice(element, segment, count)
+                self._enter(self._lines[element.at])
+                self.ip.remark(free_contours.choice_of(element, segment, count), Severity.WARNING)
             self._execute(block)
             plain.heading = segment.heading(segment.end)
             frame.program.ends[element.at] = segment.end, plain.heading
 
     do_select = do_free
-
-    def _tell_choice(self, element: free_contours.Element, segment: Segment, count: int) -> None:
-        """Warn of a solution that FSELECT chose."""
-        self._enter(self._lines[element.at])
-        self.ip.remark(free_contours.choice_of(element, segment, count), Severity.WARNING)
 
 
 def is_drawn(statement: Statement) -> bool:

@@ -148,8 +148,6 @@ PATTERNS = (220, 221)
 #: Cycles that move nothing that is planned: orientation of the spindle; weighing the load, tuning by the machine's builder.
 _IDLE = (13, 239, 332, 392)
 READ = tuple(sorted((*older_cycles.PARTS, *ROWS, programs.CYCLE, 14)))
-
-
 #: The cycle in force after one that is not read, whose calls tell nothing more.
 _NOT_READ = -1
 #: By number, the task of each cycle that is not read.

@@ -353,7 +353,10 @@ class _Words:
     def _lines(self, start: complex | None, heading: complex | None) -> list[Curve]:
         v, ways, beside = self.v, self._ways(start, heading), self._beside()
         if start is not None:
-            return [Curve(start, way) for way in ways if _lies(beside, Curve(start, way))]
+            found = [Curve(start, way) for way in ways]
+            return [
+                one for one in found if beside is None or abs(one.beside(beside[0]) - beside[1]) < _BESIDE
+            ]
         place = self.end()
         if place is None:
             place = _point(v, "P1X", "P1Y")
@@ -531,10 +534,6 @@ def _apart(parts: Iterator[_Part]) -> list[_Part]:
 
 def _point(v: dict[str, float], first: str, second: str) -> complex | None:
     return complex(v[first], v[second]) if first in v and second in v else None
-
-
-def _lies(beside: tuple[complex, float] | None, line: Curve) -> bool:
-    return beside is None or abs(line.beside(beside[0]) - beside[1]) < _BESIDE
 
 
 def _ways_of_length(v: dict[str, float], start: complex) -> list[complex]:

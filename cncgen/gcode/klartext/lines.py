@@ -218,8 +218,3 @@ def unset(sources: Sequence[Source]) -> dict[str, tuple[int, int, int]]:
         if not places or (early and all(place[0] == index for place in places)):
             found[name] = index, offset, data[:offset].count(b"\n") + 1
     return found
-
-
-def labels_of(rest: str) -> list[str]:
-    """Return the labels of cycle 14: CONTOUR LABEL 1 /2 /"ISLAND"."""
-    return [found[0].strip('"') for found in re.finditer(rf"{TERMINALS['STRING']}|\d+", rest)]

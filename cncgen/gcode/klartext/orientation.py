@@ -22,8 +22,6 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext import planes
 
 TOOL, NORMAL = ("tx", "ty", "tz"), ("nx", "ny", "nz")
-
-
 _ANGLES, _COLUMNS = "abc", (3, 4, 5)
 #: Every axis, in bits of the columns.
 _ALL = -1

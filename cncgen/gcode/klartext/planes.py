@@ -14,8 +14,6 @@ from cncgen.machine.kinematics import Kinematics
 
 #: The kinematics of a machine, and where its rotary axes stand, degrees, the carrying one first.
 Machine = tuple[Kinematics, tuple[float, float]]
-
-
 #: The words that define each kind of plane.
 WORDS: dict[str, tuple[str, ...]] = {
     "SPATIAL": ("SPA", "SPB", "SPC"),

@@ -23,8 +23,6 @@ _NUMBER = re.compile(r"\s*/?\s*(\d{1,9})\s")
 UNREAD = Statement("unread")
 #: How words of free contours begin.
 _FREE = ("FP", "FL", "FC")
-
-
 #: Letters of rotary axes.
 _ROTARY = frozenset("abc")
 

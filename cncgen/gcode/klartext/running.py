@@ -22,11 +22,14 @@ from cncgen.gcode.klartext.program_text import Frame, Program
 from cncgen.gcode.state.systems import SYSTEM_COUNT
 from cncgen.gcode.text import plain_language
 from cncgen.gcode.text.plain_language import Statement
+from cncgen.grammars.terminals import HEIDENHAIN as TERMINALS
 
 #: The cycle that names contours.
 _CONTOUR_LABELS = 14
 #: A text that is written out.
 _WRITTEN = re.compile(r'"([^"]*)"')
+#: A label of cycle 14: CONTOUR LABEL 1 /2 /"ISLAND".
+_LABEL = re.compile(rf"{TERMINALS['STRING']}|\d+")
 #: The arguments of PRESET SELECT.
 _PRESET = re.compile(r"#\s*(?P<row>\d+)(?P<keep>\s+KEEP\s+TRANS)?(?:\s+WP)?", re.IGNORECASE)
 #: Functions of tables and of the PLC.
@@ -315,7 +318,11 @@ class HeidenhainRunner(ContourLines):
             self._tolerance(at, rest if part == "1" else None)
         elif number == _CONTOUR_LABELS:
             before = Plain.of(self.ip).labels
-            self._take_labels([] if part in (None, "0") else [*before, *lines.labels_of(rest)])
+            self._take_labels(
+                []
+                if part in (None, "0")
+                else [*before, *[found[0].strip('"') for found in _LABEL.finditer(rest)]]
+            )
         elif number == programs.CYCLE:
             plain = Plain.of(self.ip)
             plain.cycle, plain.modal = number, False

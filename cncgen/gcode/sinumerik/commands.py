@@ -45,8 +45,6 @@ _ACCEPTED = frozenset(
 _APPROACHES = ("KONT", "KONTC", "KONTT")
 _MOTIONS = ("ASPLINE", "CSPLINE", "BSPLINE", "POLY", "CIP", "CT")
 _FRAMES = ("TRANS", "ATRANS", "ROT", "AROT", "ROTS", "AROTS", "SCALE", "ASCALE", "MIRROR", "AMIRROR")
-
-
 #: Couplings of axes and of spindles.
 COUPLINGS = ("COUPDEF", "COUPON", "COUPONC", "COUPOF", "COUPOFS", "COUPDEL", "COUPRES")
 #: Commands that are named and not read.
@@ -420,7 +418,7 @@ def _tracyl(motions: Motions, name: str, values: list[Scalar | None]) -> None:
     plane = motions.ip.state.plane
     rotary_paths.cylinder(motions.ip, Block({"c": numbers[0] / 2.0}, (1070,)))
     motions.ip.rewrite = None
-    motions.emit({}, ({17: 170, 18: 180, 19: 190}[plane],))
+    motions.emit({}, (10 * plane,))
     motions.pole, motions.heading = 0j, None
 
 
@@ -428,7 +426,7 @@ def _trafoof(motions: Motions) -> None:
     plane = motions.ip.state.plane
     motions.settle()
     if rotary_paths.end(motions.ip, "TRAFOOF"):
-        motions.emit({}, ({17: 170, 18: 180, 19: 190}[plane],))
+        motions.emit({}, (10 * plane,))
         motions.pole, motions.heading = 0j, None
         return
     tool_point.turn_off(motions.ip)

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 #: From the reference point to the middle, in halves of length and width, by the thousands of GMODE: of rectangles, and of circles.
 CORNERS = ((0, 0), (0, 0), (1, 1), (-1, 1), (1, -1), (-1, -1))
 MIDDLE = CORNERS[:2]
-
-
 #: Parameters of milling cycles that stand in this order: infeed, allowances of wall and floor, feeds, sense, kind, step aside.
 _PARAMETERS = ("mid", "fal", "fald", "feed", "plunge", "cdir", "vari", "step")
 

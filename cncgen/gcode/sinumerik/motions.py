@@ -259,7 +259,7 @@ class Motions:
         if saved.frames != self.frames:
             swivelling.take_frames(self, saved.frames)
         mode = (saved.feed_mode * 10,) if saved.feed_mode != self.ip.state.feed_mode else ()
-        self.emit({"f": saved.feed} if saved.feed else {}, ({17: 170, 18: 180, 19: 190}[saved.plane], *mode))
+        self.emit({"f": saved.feed} if saved.feed else {}, (10 * saved.plane, *mode))
         if saved.path != self.path:
             self.set_path(*saved.path)
 

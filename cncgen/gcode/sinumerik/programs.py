@@ -36,8 +36,6 @@ _NAMES = re.compile(
 )
 #: Lines of a text with a word each are often alike.
 _MAX_TEXTS = 4096
-
-
 Faults = list[tuple[Cursor, BlockError]]
 
 

@@ -35,8 +35,6 @@ _LANGUAGE = Language(
     hint="a block of SINUMERIK is words (G1 X10), settings (X=R1*2, CR=5) and calls (CYCLE81(...))",
 )  # fmt: skip
 _COMPARISONS = ("==", "<", ">")
-
-
 #: M functions beyond 10 that end programs, turn the spindle to a place or make it an axis.
 _NO_OUTPUTS = (17, 19, 30, 70)
 

@@ -16,8 +16,6 @@ _KNOWN = {
     **dict.fromkeys(("CYCLE94", "CYCLE96", "CYCLE940"), ("an undercut", "its contour as blocks of G1 and G2")),
     **dict.fromkeys(("CYCLE950", "CYCLE952"), ("stock removal", _STOCK)),
 }  # fmt: skip
-
-
 #: Cycles of the controls before the 840D, which a program calls by R parameters and L.
 _OLDER = {
     "L903": "a rectangular pocket, as POCKET1 and POCKET3 here",

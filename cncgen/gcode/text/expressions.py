@@ -35,8 +35,6 @@ _ANGLES = (codes.SIN, codes.COS, codes.TAN)
 _PARTIAL = frozenset((codes.POWER, *_DIVISIONS, *_BITS))
 #: The least increment of lengths and angles where no machine says it, mm and degrees (IS-B); in inches a tenth.
 LEAST_INCREMENT = 0.001
-
-
 Operand = float | Callable[..., float | str]
 
 

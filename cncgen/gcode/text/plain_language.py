@@ -37,8 +37,6 @@ if TYPE_CHECKING:
 Words = list[tuple[str, Value]]
 #: A word as it is written: its name in capitals, and its value. That of FMAX, FAUTO and sides is their column, that of a name alone NaN.
 Raw = tuple[str, Value]
-
-
 _NO_MARKS: Mapping[str, Value] = {}
 
 
