@@ -173,8 +173,8 @@ class CompensatedSink(PassingSink):
     def _take(self, move: Callable[[], list[CentreMove | _Call]]) -> None:
         """Feed the geometry and pass on the settled moves, after the remarks on a move that waited."""
         self.budget.spend(MOTION)
-        waiting = self.centre.waiting()
-        where = f" (the move of line {waiting[-1].block.block.line})" if waiting else ""
+        waits = self.centre.last_waiting()
+        where = f" (the move of line {waits.block.block.line})" if waits else ""
         settled = _or_fault(move)
         for remark in self.centre.take_remarks():
             fault = BlockError(remark.code, f"{remark}{where}", hint=remark.hint, values=remark.values)

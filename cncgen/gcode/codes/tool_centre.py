@@ -310,6 +310,10 @@ class ToolCentre:
         place = self._programmed, self._actual, self._shift
         return self.radius, self.side, self._renewed, self.unit, place, self._curve, list(self._queue)
 
+    def last_waiting(self) -> CentreMove | None:
+        """Return the last of the moves that wait."""
+        return next((item for item in reversed(self._queue) if isinstance(item, CentreMove)), None)
+
     @property
     def begins(self) -> bool:
         """Tell whether no move has been taken yet: the next one is the entry."""

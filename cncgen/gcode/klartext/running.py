@@ -145,9 +145,7 @@ class HeidenhainRunner(ContourLines):
         count = round(value)
         if abs(value - count) > _WHOLE:
             message = f"CALL LBL {name} REP repeats {value:g} times, which is not whole: {count} are run, and a control may run another number"
-            self.ip.warn_once(
-                BlockError("repeat-not-whole", message, "CALL", hint="INT makes the number whole")
-            )
+            self.ip.warn_once("repeat-not-whole", message, "CALL", "INT makes the number whole")
         return count
 
     def do_set(self, frame: Frame, at: int, statement: Statement) -> None:

@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, cast
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow import language_run
@@ -265,7 +264,7 @@ class SinumerikRunner(LanguageRun[Program]):
             self._endless[first, at] = program.never_left(first, at)
         if self._endless[first, at]:
             message = f"{word} leads back to line {program.lines.place(first).line} without end, as nothing between leads elsewhere; one pass is planned"
-            self.ip.warn(BlockError("program-repeats", message, word, hint="M30 ends it"), Severity.NOTE)
+            self.ip.note("program-repeats", message, word, "M30 ends it")
             self.ip.end_program()
 
     def _jump(self, frame: Frame, at: int, data: Sequence[Any]) -> None:
