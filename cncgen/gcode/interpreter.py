@@ -192,6 +192,11 @@ class Interpreter:
         if self._is_new(code, hint):
             self.note(code, message, word, hint)
 
+    def fault_once(self, code: str, message: str, word: str = "", hint: str = "") -> None:
+        """Report such an error, once in a run for the code and hint."""
+        if self._is_new(code, hint):
+            self.fault(code, message, word, hint)
+
     def _is_new(self, code: str, hint: str) -> bool:
         """Tell whether no remark of that code and hint was made once in the run, and count this one."""
         before = len(self._said)

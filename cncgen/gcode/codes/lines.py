@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.codes.table import IN_MACHINE, Code
 from cncgen.gcode.errors import BlockError
@@ -31,12 +30,12 @@ def check_feed(ip: Interpreter, block: Block, name: str) -> None:
         return
     if state.feed == 0.0:
         message = f"{name} with no feed rate: F was not given or is 0"
-        ip.warn_once(BlockError("feed-missing", message, name, hint="add an F word"), Severity.ERROR)
+        ip.fault_once("feed-missing", message, name, "add an F word")
     elif state.feed_mode == 95 and (
         state.speed == 0.0 or not (state.direction or state.driven or state.rigid or ip.options.stand_alone)
     ):
         message = f"{name} with feed per revolution (G95), but the spindle does not turn"
-        ip.warn_once(BlockError("spindle-stopped", message, name), Severity.ERROR)
+        ip.fault_once("spindle-stopped", message, name)
 
 
 def inverse_rate(ip: Interpreter) -> float | None:
