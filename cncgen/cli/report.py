@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import click
@@ -15,6 +16,10 @@ from cncgen.cli.options import (
     program_options,
 )
 from cncgen.cli.types import FILE
+from cncgen.diagnostics import Diagnostic, UsageError
+
+#: Of the names of pages; standard output has none.
+_SUFFIXES = ("", ".html", ".htm")
 
 
 @click.command("report")
@@ -41,4 +46,12 @@ def command(
     from cncgen.cli.reading import page_of
     from cncgen.files import write_text
 
+    if output is not None and Path(output).suffix.lower() not in _SUFFIXES:
+        raise UsageError(
+            Diagnostic(
+                "page-format",
+                f"{output}: a page is written as .html",
+                hint="cncgen plot writes pictures, cncgen plan setpoints",
+            )
+        )
     write_text(output, page_of(program, machine, shown, planning, reading))

@@ -56,6 +56,12 @@ def folder(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("plan part.nc --include part.nc", 2, "not a directory"),
         ("verify s.csv -p part.nc --axes XX", 2, "'XX' does not name axes"),
         ("simulate s.csv --axes X,Q", 2, "'X,Q' does not name axes"),
+        ("report part.nc -o page.pdf", 2, "page.pdf: a page is written as .html"),
+        (
+            "plan part.nc -m xy-table --format csp-raw -o f",
+            2,
+            "frames of drives need the scaling of axis X, Y",
+        ),
         ("plan s.csv", 2, "s.csv holds setpoints or a response, not a program"),
         ("check r.csv", 2, "r.csv holds setpoints or a response, not a program"),
         ("verify s.csv -p s.csv", 2, "s.csv holds setpoints or a response, not a program"),
