@@ -30,7 +30,7 @@ _Any = TypeVar("_Any", bound=np.generic)
 
 #: Duality gap, as a part of the time, at which the iteration ends where the result is confirmed, and else; and part by which limits
 #: may be exceeded between nodes.
-GAP, ROUGH_GAP, SLACK = 1e-7, 1e-6, 5e-4
+GAP, ROUGH_GAP, SLACK = 1e-7, 1e-4, 5e-4
 #: Iterations at most. Of 8,700 runs on random paths half take 11, a hundredth more than 27, and none more than 70.
 MOST = 120
 #: The starting profile is near a limit of acceleration, or a bound of q, if it uses this part of it, within this many
