@@ -305,6 +305,43 @@ def test_a_wait_for_a_signal_is_over_after_one_pass(run: Run, name: str) -> None
     assert _places(out) == [*places, 9]
 
 
+#: Waits of SINUMERIK, with what moves meanwhile.
+SIGNALS = {
+    "its own line": ("AA1: IF $A_IN[1]==0 GOTOB AA1", "GOTOB", []),
+    "a dwell": ("AA1:\nG4 F0.5\nSTOPRE\nIF NOT $A_IN[1] GOTO AA1", "GOTO", []),
+    "an empty loop": ("WHILE $A_IN[1]==0\nENDWHILE", "WHILE", []),
+    "a loop, twice": ("FOR R1=1 TO 2\nWHILE $A_IN[1]==0\nX2\nX3\nENDWHILE\nENDFOR", "WHILE", [2, 3, 2, 3]),
+    "until": ("REPEAT\nX4\nUNTIL $A_INA[2]>5", "UNTIL", [4]),
+}
+
+
+@pytest.mark.parametrize("name", SIGNALS)
+def test_a_wait_of_sinumerik_is_over_after_one_pass(run: Run, name: str) -> None:
+    """It was refused as endless, since a signal that is not known counts as 0."""
+    text, word, places = SIGNALS[name]
+    out = run(f"G71 G90 G0\n{text}\nG0 X9\nM30", dialect="sinumerik")
+    assert out.errors == []
+    assert [d.message.split()[0] for d in out.diagnostics if d.code == "wait-assumed"] == [word]
+    assert _places(out) == [*places, 9]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "AA1:\nR1=R1+1\nG0 X=R1\nIF ($A_IN[1]==0) AND (R1<4) GOTOB AA1",
+        "WHILE ($A_IN[1]==0) AND (R1<4)\nR1=R1+1\nG0 X=R1\nENDWHILE",
+        "REPEAT\nR1=R1+1\nG0 X=R1\nUNTIL ($A_IN[1]==1) OR (R1==4)",
+        "AA1:\nG91 G0 X1\nG90\nIF ($A_IN[1]==0) AND ($P_EP[X]<4) GOTOB AA1",
+        "$A_OUT[1]=1\nAA1:\nG91 G0 X1\nG90\nIF ($A_OUT[1]==1) AND ($P_EP[X]<4) GOTOB AA1",
+    ],
+)
+def test_a_loop_of_sinumerik_that_counts_is_no_wait(run: Run, text: str) -> None:
+    out = run(f"G71 G90\n{text}\nM30", dialect="sinumerik")
+    assert out.errors == []
+    assert not [d for d in out.diagnostics if d.code == "wait-assumed"]
+    assert _places(out) == [1, 2, 3, 4]
+
+
 def test_a_signal_that_something_sets_is_no_wait(run: Run) -> None:
     text = "O1\nG21 G90\nN10 #1=#1+1\nG0 X#1\nIF [[#1005 EQ 0] AND [#1 LT 4]] GOTO 10\nM30"
     out = run(text, dialect="fanuc")

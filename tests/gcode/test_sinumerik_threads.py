@@ -180,3 +180,24 @@ def test_what_was_not_compared_with_a_manual_is_told(run: Any) -> None:
     text = PROFILE.format(depth=-10, left=0.5, step=1, kind=0, angle=0, vari=11, mode=0)
     found = run(text, dialect="sinumerik").diagnostics
     assert "cycle-parameters" in [d.code for d in found if d.severity == "warning"]
+
+
+@pytest.mark.parametrize(
+    ("block", "lead"),
+    [
+        ("Z-15 K2", 2.0),
+        ("X60 Z-15 K2", 2.0 * math.hypot(10.0, 20.0) / 20.0),
+        ("X60 Z-15 K2 I1", 2.0 * math.hypot(10.0, 20.0) / 20.0),
+        ("X60 Z0 I2", 2.0 * math.hypot(10.0, 5.0) / 10.0),
+        ("X60 I2", 2.0),
+    ],
+)
+def test_the_lead_of_a_taper_is_along_its_axis(calls: Any, block: str, lead: float) -> None:
+    """Fundamentals, 11/2006, p. 169: K is along Z, I along X; each revolution goes as much farther as the taper is longer (it went K along the taper)."""
+    text = f"G18 DIAMON G90\nS500 M3\nG0 X40 Z5\nG33 {block}\nG0 X70\nM30\n"
+    assert f"START_SPEED_FEED_SYNC({lead:f},0)" in calls(text, dialect="sinumerik")
+
+
+def test_a_lead_along_an_axis_that_rests_is_an_error(run: Any) -> None:
+    out = run("G18 DIAMON\nS500 M3\nG0 X40 Z5\nG33 X60 K2\nM30\n", dialect="sinumerik")
+    assert out.errors == [("pitch-missing", 4, 9)]

@@ -235,18 +235,31 @@ def home(motions: Motions, words: Words) -> None:
         motions.emit(axes, (code,))
 
 
+#: Words of leads, and their axes.
+_LEADS = {"I": "x", "J": "y", "K": "z"}
+
+
 def thread(motions: Motions, words: Words, given: dict[str, float]) -> None:
-    """G33, G331 and G332: a line in step with the spindle, K (I, J) a revolution."""
-    lead = None
-    for name in ("K", "J", "I"):
-        if name in words.named:
-            lead = abs(words.named.pop(name)[1])
-    if not lead:
+    """G33, G331 and G332: a line in step with the spindle, I, J or K a revolution along X, Y or Z."""
+    leads = {name: abs(words.named.pop(name)[1]) for name in _LEADS if name in words.named}
+    here = motions.ip.state.position
+    ways = {
+        name: given.get(axis, here[AXIS_INDEX[axis]]) - here[AXIS_INDEX[axis]]
+        for name, axis in _LEADS.items()
+    }
+    # Of a taper "the parameter for the lead is based on the taper angle": that of the axis that goes farther (840Di sl, Fundamentals, 11/2006, p. 169).
+    name = max(leads, key=lambda one: abs(ways[one]), default="")
+    if not leads.get(name):
         message = f"{motions.motion} has no lead"
         raise BlockError("pitch-missing", message, motions.motion, hint="K is the lead along Z")
+    lead, length, along = leads[name], math.hypot(*ways.values()), abs(ways[name])
+    if length and not along:
+        message = f"{name} of {motions.motion} is the lead along {_LEADS[name].upper()}, and the thread does not go there"
+        hint = "I is the lead along X, J along Y, K along Z"
+        raise BlockError("pitch-missing", message, name, hint=hint)
     words.named.pop("SF", None)
     if motions.motion == "G33":
-        motions.emit({**given, "k": lead}, (330,))
+        motions.emit({**given, "k": lead * (length / along if length else 1.0)}, (330,))
         return
     # Rigid tapping runs in and, by G332, out again, each at lead times speed.
     ip = motions.ip

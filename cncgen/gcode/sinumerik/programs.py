@@ -20,6 +20,9 @@ from cncgen.grammars.terminals import SINUMERIK as TERMINALS
 _CLOSES = {"endif": "if", "else": "if", "endloop": "loop", "endfor": "for", "endwhile": "while", "until": "repeat"}  # fmt: skip
 #: The ends of what opens, as programs write them.
 _OPENS = {"if": "ENDIF", "loop": "ENDLOOP", "for": "ENDFOR", "while": "ENDWHILE", "repeat": "UNTIL"}
+#: Lines of a loop that may wait for a signal, and how many it has at most.
+_LONGEST_WAIT = 100
+_WAITING = ("block", "if-jump", "while", "endwhile", "repeat", "until")
 #: Lines that lead to others, apart from loops and branches.
 _LEADING = ("jump", "if-jump", "case")
 #: Suffixes of files with subprograms, the best first.
@@ -127,6 +130,15 @@ class Program(language_run.Program[Line]):
         """Return the lines of a label or block number."""
         return self.labels.of(name)
 
+    def waits(self, first: int, last: int) -> bool:
+        """Tell whether the lines of a loop say only words, so that nothing in them changes what ends it."""
+        if last - first > _LONGEST_WAIT:
+            return False
+        return not any(
+            line.fault or not all(map(_is_word, line.statement.items)) or line.statement.kind not in _WAITING
+            for line in (self.lines[at] for at in range(first, last + 1))
+        )
+
     def never_left(self, first: int, last: int) -> bool:
         """Tell whether nothing from a line to a jump back to it leads elsewhere or ends the program."""
         if any(first <= begin < last < end for begin, end in self.other.items()):
@@ -136,6 +148,11 @@ class Program(language_run.Program[Line]):
             for at, line in self.lines.entries()
             if first <= at < last
         )
+
+
+def _is_word(item: Item) -> bool:
+    """Tell whether a part of a block sets no variable and calls nothing."""
+    return (item[0] == "word" and item[1] != "L") or item[:2] in (("name", "STOPRE"), ("call", "MSG"))
 
 
 def _may_end(item: Item) -> bool:

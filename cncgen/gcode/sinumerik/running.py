@@ -52,6 +52,8 @@ class SinumerikRunner(LanguageRun[Program]):
         self.store.calls_modally = lambda: self.motions.modal is not None
         #: The subprogram that MCALL runs.
         self._modal: Frame | None = None
+        #: Lines of WHILE whose round waits for a signal.
+        self._waiting: set[int] = set()
         #: Whether a jump from the second line back to the first never ends.
         self._endless: dict[tuple[int, int], bool] = {}
 
@@ -193,11 +195,33 @@ class SinumerikRunner(LanguageRun[Program]):
     do_loop = do_repeat = do_header = do_proc = do_extern = do_endif
 
     def do_if(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
-        """IF, WHILE: go on behind the other end where the condition does not hold."""
+        """IF: go on behind the other end where the condition does not hold."""
         if self._number(data[0]) == 0.0:
             frame.at = frame.program.other[at] + 1
 
-    do_while = do_if
+    def do_while(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+        """WHILE: as IF; a round that waits for a signal is run once."""
+        self.store.asked.clear()
+        end = frame.program.other[at]
+        if self._number(data[0]) == 0.0:
+            frame.at = end + 1
+        elif at in self._waiting:
+            self._waiting.discard(at)
+            self._tell_wait(at, frame, "WHILE")
+            frame.at = end + 1
+        elif self._waits(frame, at, end):
+            self._waiting.add(at)
+
+    def _waits(self, frame: Frame, first: int, last: int) -> bool:
+        """Tell whether a loop asks signals of the machine alone, which nothing in it changes."""
+        asked = self.store.asked
+        return bool(asked) and all(asked.values()) and frame.program.waits(first, last)
+
+    def _tell_wait(self, first: int, frame: Frame, word: str) -> None:
+        line = frame.program.lines.place(first).line
+        message = f"{word} leads back to line {line} until {next(iter(self.store.asked))} tells of a signal of the machine: it counts as having come after one pass, and the wait takes no time"
+        hint = "nothing is wrong where the machine gives the signal"
+        self.ip.warn_once("wait-assumed", message, word, hint)
 
     def do_else(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         frame.at = frame.program.other.get(at, at) + 1
@@ -214,8 +238,13 @@ class SinumerikRunner(LanguageRun[Program]):
         self._end_endless(frame, at, "ENDLOOP")
 
     def do_until(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
+        self.store.asked.clear()
         if self._number(data[0]) == 0.0:
-            self.do_endwhile(frame, at, data)
+            first = frame.program.other.get(at, at)
+            if self._waits(frame, first, at):
+                self._tell_wait(first, frame, "UNTIL")
+            else:
+                self.do_endwhile(frame, at, data)
 
     def do_for(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         """Count up, and leave the loop beyond its end; ENDFOR leads back to here."""
@@ -234,9 +263,15 @@ class SinumerikRunner(LanguageRun[Program]):
 
     def do_if_jump(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         for condition, (_, *jump) in data[0]:
-            if self._number(condition) != 0.0:
+            self.store.asked.clear()
+            if self._number(condition) == 0.0:
+                continue
+            first = self._led_to(frame.program, at)
+            if first is not None and first <= at and self._waits(frame, first, at):
+                self._tell_wait(first, frame, jump[0])
+            else:
                 self._jump(frame, at, jump)
-                return
+            return
 
     def do_case(self, frame: Frame, at: int, data: tuple[Any, ...]) -> None:
         value = self._number(data[0])

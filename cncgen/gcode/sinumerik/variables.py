@@ -59,6 +59,11 @@ class Variable:
         return at
 
 
+def _said(name: str, *indices: Scalar) -> str:
+    """Return a system variable as a program says it."""
+    return f"{name}[{indices[0]:g}]" if len(indices) == 1 and isinstance(indices[0], float) else name
+
+
 class Store:
     """The variables of a run; `scopes` are those of the programs in progress, the innermost last."""
 
@@ -76,6 +81,9 @@ class Store:
         self.touched: tuple[list[float], list[float]] | None = None
         #: Outputs, and data shared with the PLC, that the program has set, by name and number.
         self._sent: dict[tuple[str, Scalar], Scalar] = {}
+        #: Of these the signals of the machine that nothing has told; the system variables that a condition has asked, and whether each is one.
+        self._untold: set[tuple[Scalar, ...]] = set()
+        self.asked: dict[str, bool] = {}
         #: Settings of the machine that the program has written, by their names and indices.
         self._settings: dict[tuple[Scalar, ...], Scalar] = {}
 
@@ -144,7 +152,9 @@ class Store:
         if name == IS_FILE and len(indices) == 1 and isinstance(indices[0], str):
             return float(self.is_file(indices[0]))
         if name.startswith("$"):
-            return self._system(name, indices)
+            value = self._system(name, indices)
+            self.asked[_said(name, *indices)] = (name, *indices) in self._untold
+            return value
         if (name in "XYZABCUVW" or name in frame_variables.PARTS or _SPINDLE.fullmatch(name)) and not indices:
             return name
         hint = f"DEF REAL {name} at the top of the program; a parameter of PROC has a value where a program calls it"
@@ -157,6 +167,7 @@ class Store:
             return
         if (name in _OUTPUTS or name in _MARKERS) and len(indices) == 1:
             self._sent[name, indices[0]] = value
+            self._untold.discard((name, indices[0]))
             return
         if _SETTINGS.match(name):
             self._settings[name, *indices] = value
@@ -239,8 +250,9 @@ class Store:
         """Return an input of the machine, or what the program has set of an output or of the data of the PLC."""
         if (name, index) not in self._sent:
             self._sent[name, index] = 0.0
-            at = f"{name}[{index:g}]" if isinstance(index, float) else name
+            at = _said(name, index)
             message = f"{at} is a signal of the machine or its PLC, which is not known here: it counts as 0"
             hint = f"check what the program does where {at} is not 0"
             self.ip.warn_once("variable-assumed", message, name, hint)
+            self._untold.add((name, index))
         return self._sent[name, index]
