@@ -394,3 +394,9 @@ def test_variables_of_haas_are_no_lengths_of_tools(run: Any) -> None:
     text = "G21 G90\n#10010=0.3\n#10012=10\n{}G43 H#10012\nG1 Z1 F300\nX#10010\nM30"
     assert fanuc(run, text.format(""))[-1] == [0.3, 0, 1.3]
     assert fanuc(run, text.format("G103 P1\n"))[-1] == [0.3, 0, 1]
+
+
+def test_a_remark_on_a_variable_of_a_subprogram_is_of_its_line(run: Any) -> None:
+    """It stood at the call."""
+    out = run("G65 P2\nM98 P3\nM30\nO2\n#1=#4012\nM99\nO3\nIF[#2401 EQ 5]GOTO9\nN9 M99", dialect="fanuc")
+    assert [(d.code, d.span.line) for d in out.diagnostics] == [("other-control", 5), ("variable-assumed", 8)]

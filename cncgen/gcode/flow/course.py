@@ -195,9 +195,10 @@ class Course:
                 self.reached = following
                 self._since, self._begun = 0, self.ip.budget.steps
                 self.ip.budget.forward = following.line
-                self.ip.base.block = empty_block(here)
             else:
                 self._since += 1
+            # Remarks on what a line reads are of that line.
+            self.ip.base.block = empty_block(here)
             self.ip.budget.count(1, LINE)
             target = following
             if not text.lstrip().startswith("%"):
