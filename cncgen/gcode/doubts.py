@@ -15,7 +15,7 @@ from cncgen.gcode.text import signs
 from cncgen.gcode.text.built_patterns import compiled
 from cncgen.gcode.text.dialects import Choice, different
 from cncgen.gcode.text.labels import Cursor
-from cncgen.gcode.text.signs import UNREAD
+from cncgen.gcode.text.signs import CURES, UNREAD
 from cncgen.records import dataclass, replace
 
 TYPE_CHECKING = False
@@ -186,7 +186,8 @@ def _remarks_on(choice: Choice) -> Iterator[tuple[BlockError, Severity]]:
     """Yield remarks on a dialect that signs in the text have chosen: which, why, how sure, and its rival."""
     dialect, why, rival, unread = choice.dialect, choice.reason, choice.rival, choice.unread
     if unread:
-        hint = "post the program for FANUC or LinuxCNC; --dialect reads it as that of another control"
+        hint = CURES.get(unread, "--dialect reads it as that of another control")
+        hint = f"post the program for FANUC or LinuxCNC; {hint}"
         message = f"this is a program of {unread}, whose language is not read: {why}"
         yield (BlockError("control-unread", message, hint=hint), Severity.ERROR)
     elif why:

@@ -801,6 +801,26 @@ def test_a_spindle_that_starts_unbounded_beside_the_axis_warns(lines: str, said:
     assert ("speed-unbounded" in [d.code for d in program.diagnostics]) is said
 
 
+@pytest.mark.parametrize(
+    ("lines", "place"),
+    [
+        ("G96 S200 M3\nG0 X100. Z5.", "no move has said X yet"),
+        ("G0 X0. Z5.\nG96 S200 M3", "beside X0"),
+    ],
+)
+def test_an_unbounded_speed_tells_whether_x_is_known(lines: str, place: str) -> None:
+    """Four shops' programs begin with G96 before any move: millions of rev/min were told "beside X0", where the tool is not."""
+    _, _, program = outcome(f"{lines}\nG1 Z-20. F.2")
+    assert [place in d.message for d in program.diagnostics if d.code == "speed-unbounded"] == [True]
+
+
+def test_a_mills_g90_beside_a_traverse_is_one_fault() -> None:
+    """A shop's cone: the traverse was lost with the block, and the profile of G71 behind it was blamed for where the tool stood."""
+    lines = "G0 G90 X55. Z5.\nG71 U2. R.5\nG71 P1 Q2 U.3 W.1 F.25\nN1 G0 X32.\nG1 Z0\nX32. Z-2.\nX50. Z-57.\nZ-60.\nN2 X55."
+    _, faults, _ = outcome(lines)
+    assert [fault[0] for fault in faults] == ["modal-conflict"]
+
+
 @pytest.mark.parametrize("line", ["G5 R90. X10. Z-1. F10.", "G5 R180. F10."])
 def test_a_move_with_a_turn_of_the_spindle_is_refused(run: Any, line: str) -> None:
     """G5 of Haas's lathes is fine spindle control (96-8700): its X and Z were a traverse."""

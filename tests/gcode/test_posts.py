@@ -92,3 +92,16 @@ def test_controls_whose_language_is_not_read(text: str, control: str) -> None:
     check(io.BytesIO(text.encode()), "t.nc", diagnostics=found)
     assert [one.code for one in found if one.severity == "error"] == ["control-unread"]
     assert control in "".join(one.message for one in found)
+
+
+def test_colon_numbers_are_not_of_acramatic_alone() -> None:
+    """NX's generic posts number the block of a tool change by a colon: the refusal named Acramatic alone, and no cure but another post."""
+    text = "N0010 G40 G17 G90 G21\n:0020 T01 M06\nN0030 G0 X10. Y10. S900 M3\nN0040 G1 X20. F100\nN0050 M30\n"
+    found = Diagnostics()
+    check(io.BytesIO(text.encode()), "t.nc", diagnostics=found)
+    refusal = next(one for one in found if one.code == "control-unread")
+    assert "NX" in refusal.message
+    assert "write N for the colon" in refusal.hint
+    cured = Diagnostics()
+    check(io.BytesIO(text.replace(":", "N").encode()), "t.nc", diagnostics=cured)
+    assert not [one for one in cured if one.severity == "error"]

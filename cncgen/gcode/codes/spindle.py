@@ -55,7 +55,9 @@ def _event(ip: Interpreter, rest: bool) -> Event:
         # The spindle's speed follows the tool from there.
         values["speed_rpm"] = turns = turns_a_minute(state)
         if rest and state.direction and state.constant_surface == _NO_LIMIT and turns > _TOO_FAST:
-            message = f"a surface speed without a bound, beside X0: {turns:.0f} rev/min, and the time to get there counts"
+            # Where nothing has moved yet, X0 is no place that the program says.
+            place = "beside X0" if state.moved else "where no move has said X yet, which counts as X0"
+            message = f"a surface speed without a bound, {place}: {turns:.0f} rev/min, and the time to get there counts"
             ip.warn_once("speed-unbounded", message, "M", _BOUND)
         values["surface_ft_min" if state.inches else "surface_m_min"] = state.speed
     return Event("spindle", rest, values=values)

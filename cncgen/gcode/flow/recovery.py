@@ -47,7 +47,9 @@ def recover(ip: Interpreter, parse: Callable[[str], Parsed], text: str) -> None:
         feed = {"f": 1.0}
     for block in (*(Block({}, (number,)) for number in modes), Block(feed)):
         attempt(ip, block)
-    plain = ip.state.motion in PLAIN_MOTIONS and rows.keys() <= {*modes, *PLAIN_MOTIONS}
+    # Beside G0, G90 of a lathe (system A) is the mode of a mill, and no cycle.
+    cycles = [number for number, row in rows.items() if motions and row is not None and row.group == "motion"]
+    plain = ip.state.motion in PLAIN_MOTIONS and rows.keys() <= {*modes, *PLAIN_MOTIONS, *cycles}
     if plain and ip.state.absolute:
         stand(ip, Block({letter: v for letter, v in words.items() if letter in AXIS_INDEX}))
 

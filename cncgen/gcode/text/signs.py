@@ -49,7 +49,7 @@ _SAID = rb"^[^;(\n]*\b"
 #: Controls that are recognised and not read, and how a diagnostic calls their language.
 UNREAD = {
     "accutex": "AccuteX's and other wire EDM machines",
-    "acramatic": "Cincinnati's Acramatic",
+    "acramatic": "Cincinnati's Acramatic, or of a post that numbers blocks by a colon as NX's generic ones do",
     "amada": "Amada's punch presses",
     "anilam": "Anilam's conversational controls",
     "apt": "APT (CLDATA)",
@@ -84,6 +84,9 @@ UNREAD = {
     "syntec": "Syntec's macros",
     "tinyg": "TinyG and g2core (JSON)",
 }
+#: What else helps than another post, for some of them.
+_COLONS = "where the rest is LinuxCNC's or FANUC's, write N for the colon of its block numbers"
+CURES = {UNREAD["acramatic"]: _COLONS}
 
 
 def _of(control: str, weight: float, reason: str, pattern: bytes, *texts: bytes) -> Sign:
