@@ -13,6 +13,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+    from cncgen.gcode.text.labels import Cursor
+
 
 class BlockError(Exception):
     """A fault of one block; the interpreter leaves the block there and goes on to the next.
@@ -23,9 +25,11 @@ class BlockError(Exception):
         word: The word to point at: a letter (``"X"``) or a letter with its number (``"G5.1"``), or "".
         column: 1-based column to point at where it is known, else 0.
         at: Index of the line that it is of, where that is not the one that is executed.
+        place: That line itself, in runs whose lines have no index.
     """
 
     at: int | None = None
+    place: Cursor | None = None
 
     def __init__(
         self,

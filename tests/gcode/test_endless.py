@@ -238,10 +238,11 @@ def test_a_jump_back_that_nothing_leads_out_of_ends_the_main_program(run: Run, n
         "IF [#1 GE 3] THEN #3000=1 (FULL)",
         "M98 P2",
         "GOTO [10+89*FIX[#1/3]]",
+        "IF [#1 LT 3] GOTO 10\nM30.",
     ],
 )
 def test_a_jump_back_that_something_leads_out_of_is_followed(run: Run, way: str) -> None:
-    """Three rounds: until the jump out, the alarm, the end in the called program, or the computed jump."""
+    """Three rounds: until the jump out, the alarm, the end in the called program, the computed jump, or an end that has a point."""
     text = f"O1\nG21 G90\nN5 #1=#1+1\nG0 X#1\n{way}\nN10 Y#1\nGOTO 5\nN99 M30\nO2\nIF [#1 LT 3] GOTO 1\nM30\nN1 M99"
     out = run(text, dialect="fanuc")
     assert not [d for d in out.diagnostics if d.code == "program-repeats"]

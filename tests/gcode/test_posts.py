@@ -105,3 +105,21 @@ def test_colon_numbers_are_not_of_acramatic_alone() -> None:
     cured = Diagnostics()
     check(io.BytesIO(text.replace(":", "N").encode()), "t.nc", diagnostics=cured)
     assert not [one for one in cured if one.severity == "error"]
+
+
+@pytest.mark.parametrize(
+    ("above", "line", "likelier"),
+    [
+        ("G90 G10 L2 P0 X0. Y0.\n(X5.)\nG90 G10 L2 P1 X-9.2545 Y-12.4306 B0.", 4, True),
+        ("G90 G10 L2 P1 X-9.2545\nG0 X1.", 2, False),
+        ("G0 X0\nG0 Z2.5", 3, False),
+    ],
+)
+def test_the_warning_of_a_late_unit_names_the_first_length(above: str, line: int, likelier: bool) -> None:
+    """A shop sets its origins by G10 above G20, in the inches that its machine is in: only the line of G20 was named, and no likelihood."""
+    found = Diagnostics()
+    check(io.BytesIO(f"%\n{above}\nG20\nG1 X1. F10.\nM30\n%\n".encode()), "t.nc", diagnostics=found)
+    warning = next(one for one in found if one.code == "units-doubtful" and "behind it" in one.message)
+    assert f"from line {line} on" in warning.message
+    assert "--units inch" in warning.hint
+    assert ("likelier" in warning.hint) is likelier

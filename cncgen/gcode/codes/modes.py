@@ -12,6 +12,8 @@ from cncgen.gcode.codes.table import CHANGES_PATH_MODE, CHANGES_UNITS, STRICT_CO
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import LENGTHS, PLANE_CODES, Stage
+from cncgen.gcode.text import signs
+from cncgen.gcode.text.built_patterns import compiled
 from cncgen.toolpath.record import PathMode
 from cncgen.units import INCH
 
@@ -29,10 +31,13 @@ def _units(ip: Interpreter, block: Block, inches: bool) -> None:
     state = ip.state
     used = state.moved or ip.parameters.shifted
     if used and not ip.units_said and ip.options.units == "auto" and state.inches != inches:
-        message = (
-            "lengths before the first G20 or G21 of the run are taken as mm, and those behind it are inches"
-        )
-        ip.warn("units-doubtful", message, "G20", "write G20 before the first length, or --units inch")
+        first = _first_length(ip, block)
+        since = f", from line {first} on," if first else ""
+        message = f"lengths before the first G20 or G21 of the run{since} are taken as mm, and those behind it are inches"
+        hint = "write G20 before the first length, or --units inch"
+        if not state.moved:
+            hint += ", which is likelier here: they are origins and offsets alone, of a machine that is in inches already"
+        ip.warn("units-doubtful", message, "G20", hint)
     ip.units_said = True
     if state.inches != inches:
         state.inches = inches
@@ -43,6 +48,16 @@ def _units(ip: Interpreter, block: Block, inches: bool) -> None:
         for vector in vectors:
             for index in LENGTHS:
                 vector[index] *= factor
+
+
+def _first_length(ip: Interpreter, block: Block) -> int:
+    """Return the line of the first length other than 0 above a block of the main program, 0 where there is none."""
+    if ip.flow is None or block.source != 0:
+        return 0
+    above = compiled(signs.OUT_OF_CODE).sub(b"", ip.flow.subroutines.sources[0].data[: block.offset])
+    lengths = compiled(signs.LENGTH).finditer(above)
+    first = next((length for length in lengths if float(length["number"])), None)
+    return above.count(b"\n", 0, first.start()) + 1 if first else 0
 
 
 def _distance(ip: Interpreter, block: Block, mode: str, absolute: bool) -> None:

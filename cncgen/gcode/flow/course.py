@@ -207,7 +207,9 @@ class Course:
                 self.percent.line(text, self.reached.offset)
         except BlockError as error:
             following = target = self._lines.after(here)
-            self._faults.fail(here, error)
+            self._faults.fail(error.place or here, error)
+            if error.code == "syntax" and self._faults.found:
+                target = _behind_branch(self._control, self._faults, here) or following
         self._here = target
         if self._since >= PAUSE and target <= here:
             self._look(here, target)
@@ -236,6 +238,13 @@ def _run_profile(control: FlowControl, take: Take, first: Cursor, end: Cursor | 
     from cncgen.gcode.flow.profile_lines import run_profile
 
     run_profile(control, take, first, end, word)
+
+
+def _behind_branch(control: FlowControl, faults: Faults, here: Cursor) -> Cursor | None:
+    """Return the line behind the branches or the loop that begin in a faulty line, None of another one."""
+    from cncgen.gcode.flow.recovery import behind_branch
+
+    return behind_branch(control, faults, here)
 
 
 def _recover(ip: Interpreter, lines: LineReader, text: str) -> None:

@@ -149,9 +149,14 @@ class FlowControl:
             mark = self.next_mark(here, label, below, below[-1])
             if mark.keyword != "elseif":
                 return mark
-            parsed = self.lines.parse(self.lines.text(mark.cursor))
-            assert parsed.flow is not None
-            if self.condition(parsed.flow):
+            try:
+                parsed = self.lines.parse(self.lines.text(mark.cursor))
+                assert parsed.flow is not None
+                holds = self.condition(parsed.flow)
+            except BlockError as error:
+                error.place = mark.cursor
+                raise
+            if holds:
                 return mark
             here = mark.cursor
 

@@ -18,6 +18,15 @@ from cncgen.gcode.state.modal import PLAIN_MOTIONS
 from cncgen.gcode.text.normal_text import normalise
 from cncgen.grammars.terminals import LINUXCNC
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from cncgen.gcode.flow.faults import Faults
+    from cncgen.gcode.flow.o_words import FlowControl
+    from cncgen.gcode.text.labels import Cursor
+    from cncgen.gcode.text.marked_lines import Marked
+
+#: O-words that begin branches or a loop with a value, and their ends.
+_ENDS = {"if": "endif", "while": "endwhile", "repeat": "endrepeat"}
 #: A feed that is worked out.
 _FEED = re.compile(r"(?<![a-z])f[#\[]")
 #: Modal groups of what a line sets by a code alone.
@@ -52,6 +61,51 @@ def recover(ip: Interpreter, parse: Callable[[str], Parsed], text: str) -> None:
     plain = ip.state.motion in PLAIN_MOTIONS and rows.keys() <= {*modes, *PLAIN_MOTIONS, *cycles}
     if plain and ip.state.absolute:
         stand(ip, Block({letter: v for letter, v in words.items() if letter in AXIS_INDEX}))
+
+
+def behind_branch(control: FlowControl, faults: Faults, here: Cursor) -> Cursor | None:
+    """Return the line behind the branches or the loop that begin in a faulty line; None of another line.
+
+    Nobody knows whether they run: of their lines, the modes, feeds and named parameters count for what follows, and faults of spelling are
+    reported.
+    """
+    labels, frame = control.subroutines.labels(here.source), control.calls.frame
+    mark = labels.by_offset.get(here.offset)
+    if mark is None or not isinstance(mark.label, float | str):
+        return None
+    end: Marked | None = None
+    if mark.keyword == "while-do":
+        end = labels.loops.partner.get(here.offset)
+    elif mark.keyword in _ENDS and not (
+        mark.keyword == "while" and frame.doing is not None and mark.label in frame.doing
+    ):
+        resolve = control.subroutines.resolved
+        end = labels.next(here.offset, mark.label, (_ENDS[mark.keyword],), resolve, over_borders=False)
+    if end is None:
+        return None
+    inner = control.lines.after(here)
+    while inner.offset < end.cursor.offset:
+        _take_modes(control, faults, inner)
+        inner = control.lines.after(inner)
+    return end.after
+
+
+def _take_modes(control: FlowControl, faults: Faults, here: Cursor) -> None:
+    """Put in force what a line sets that is passed by."""
+    ip = control.ip
+    try:
+        text = control.lines.text(here)
+        parsed = control.lines.parse(text)
+    except BlockError as error:
+        faults.fail(here, error)
+        return
+    if parsed.flow is not None:
+        return
+    for target, value in parsed.settings:
+        if isinstance(target, str):
+            with suppress(BlockError):
+                ip.parameters.set_name(target, evaluate(value, ip.parameters))
+    faults.recover(text)
 
 
 def _said(ip: Interpreter, parse: Callable[[str], Parsed], text: str) -> tuple[dict[str, float], list[int]]:

@@ -18,16 +18,32 @@ if TYPE_CHECKING:
 
 _COMMENTS, _BLANKS = re.compile(FANUC["COMMENT"].encode()), b" \t\r"
 _LEFT_OUT = re.compile(f"(?im)^(?:{FANUC['LINE_NUMBER']})?{FANUC['DELETE']}.*$".encode())
+_GO = f"(?:{FANUC['GOTO']}|{FANUC['GO']})"
+_COMPUTED, _WHOLE = f"(?:{FANUC['HASH']}|{FANUC['LSQB']})", "([0-9]+)"
+
+
+def _code(letter: str, *numbers: int) -> str:
+    """Return the pattern of codes, whose numbers may have zeros before them and a point behind: M2, M02, M2."""
+    return rf"{letter}0*(?:{'|'.join(map(str, numbers))})(?:\.0*)?(?![0-9.])"
+
+
+def _any(*patterns: str) -> re.Pattern[bytes]:
+    return re.compile("|".join(patterns).encode())
+
+
+_ALARM = f"{FANUC['HASH']}3000{FANUC['EQUAL']}"
+_CALLED = _code("m", 97, 98), _code("m", 198), _code("g", 65, 66)
 #: Words that end a run of lines or lead out of it, apart from jumps by number: the ends of a program and of a subprogram, an alarm, a computed jump.
-_ENDS = re.compile(rb"M0*(?:2|30|99)(?![\d.])|#3000=|%|GO(?:TO)?[\[#]")
-_JUMPS = re.compile(rb"GO(?:TO)?(\d+)|M0*96P(\d+)|M0*99P(\d+)")
+_ENDS = _any(_code("m", 2, 30, 99), _ALARM, "%", _GO + _COMPUTED, _code("m", 96) + "p" + _COMPUTED)
+_BACK = _code("m", 99) + "p" + _WHOLE
+_JUMPS = _any(_GO + _WHOLE, _code("m", 96) + "p" + _WHOLE, _BACK)
 #: A condition before a jump.
-_CONDITION = re.compile(rb"IF|\]M0*99")
-_CALLS = re.compile(rb"M0*9[78](?![\d.])|M198|G6[56](?!\d)")
+_CONDITION = _any(FANUC["IF"], FANUC["RSQB"] + FANUC["RETURN"])
+_CALLS = _any(*_CALLED)
 #: Words by which a called program may end the run, or return to another line of its caller.
-_ENDS_ELSEWHERE = re.compile(rb"M0*(?:2|30)(?![\d.])|#3000=|M0*99P|GO(?:TO)?\[")
+_ENDS_ELSEWHERE = _any(_code("m", 2, 30), _ALARM, _code("m", 99) + "p", _GO + FANUC["LSQB"])
 #: Words that set a variable, or may do so elsewhere.
-_SETS = re.compile(rb"=|M0*9[78](?![\d.])|M198|G6[56](?!\d)")
+_SETS = _any(FANUC["EQUAL"], *_CALLED)
 
 
 def repeats_for_ever(control: FlowControl, here: Cursor, target: Cursor) -> bool:
@@ -67,8 +83,8 @@ def waits(control: FlowControl, here: Cursor, target: Cursor, untold: int, word:
 
 
 def _bare(text: bytes) -> bytes:
-    """Return a text in capitals without comments and blanks."""
-    return _COMMENTS.sub(b"", text).translate(None, _BLANKS).upper()
+    """Return a text in small letters, as the grammar has them, without comments and blanks."""
+    return _COMMENTS.sub(b"", text).translate(None, _BLANKS).lower()
 
 
 def _between(control: FlowControl, here: Cursor, target: Cursor) -> bytes:
@@ -85,7 +101,7 @@ def _never_left(control: FlowControl, here: Cursor, target: Cursor) -> bool:
     *before, last = lines.rsplit(b"\n", 1)
     if _CONDITION.search(last):
         return False
-    if any(_ENDS.search(part) for part in before) or _ENDS.search(re.sub(rb"M0*99P\d+", b"", last)):
+    if any(_ENDS.search(part) for part in before) or _ENDS.search(re.sub(_BACK.encode(), b"", last)):
         return False
     labels = control.subroutines.labels(here.source)
     for jump in _JUMPS.finditer(lines):

@@ -37,6 +37,13 @@ _DEFINE = re.compile(
 _NAMES = re.compile(
     rf"{TERMINALS['STRING']}|(?<![\w$])(?:{TERMINALS['ADDRESS']}|{TERMINALS['NAME']})", re.IGNORECASE
 )
+#: What a line with a fault begins with, where it opens, parts or closes a branch or loop: this still leads where it leads.
+_BEGINS = re.compile(
+    rf"\s*(?:{TERMINALS['DELETE']})?\s*(?:(?:{TERMINALS['BLOCK_NUMBER']})\s*)?(?:(?:{TERMINALS['LABEL']})\s*)?"
+    rf"(?P<kind>{'|'.join(TERMINALS[kind.upper()] for kind in (*_OPENS, *_CLOSES))})(?![A-Z0-9_])",
+    re.IGNORECASE,
+)
+_GOES = re.compile(rf"(?<![A-Z0-9_])(?:{TERMINALS['GOTO']}|{TERMINALS['GOTOS']})", re.IGNORECASE)
 #: Lines of a text with a word each are often alike.
 _MAX_TEXTS = 4096
 Faults = list[tuple[Cursor, BlockError]]
@@ -138,6 +145,15 @@ class Program(language_run.Program[Line]):
             line.fault or not all(map(_is_word, line.statement.items)) or line.statement.kind not in _WAITING
             for line in (self.lines[at] for at in range(first, last + 1))
         )
+
+    def passed_by(self, at: int) -> range:
+        """Return the lines of both branches of an IF, or of a loop, whose condition cannot be read: a run passes them by."""
+        if self.lines[at].statement.kind not in ("if", "while", "for"):
+            return range(0)
+        end = self.other[at]
+        if end < len(self.lines) and self.lines[end].statement.kind == "else":
+            end = self.other[end]
+        return range(at + 1, min(end + 1, len(self.lines)))
 
     def never_left(self, first: int, last: int) -> bool:
         """Tell whether nothing from a line to a jump back to it leads elsewhere or ends the program."""
@@ -247,10 +263,20 @@ def _line(text: str, here: Cursor, texts: _Texts, said: Said, length: int) -> Li
     try:
         statement, is_new = texts.statement(text)
     except BlockError as error:
-        return Line(here, Statement(), error)
+        return Line(here, Statement(_kind_begun(text)), error)
     if is_new:
         said.take(statement.items)
     return Line(here, statement)
+
+
+def _kind_begun(text: str) -> str:
+    """Return what a line with a fault opens, parts or closes, "block" where that is nothing; IF with a jump has no branch."""
+    code = text.partition(";")[0]
+    begun = _BEGINS.match(code)
+    kind = begun["kind"].lower() if begun else "block"
+    jumps = kind == "if" and _GOES.search(code)
+    # REPEAT with words repeats a part of the program.
+    return "block" if jumps or kind == "repeat" else kind
 
 
 def _add(program: Program, line: Line) -> None:
@@ -275,7 +301,7 @@ def _connect(program: Program) -> Faults:
                 message = f"{kind.upper()} has no {_CLOSES[kind].upper()} that it belongs to{inner}"
                 hint = f"{_CLOSES[kind].upper()} stands above, and what it holds is closed"
                 # The control meets it where a run does: builders' programs have some that a jump passes by.
-                line.fault = BlockError("flow-unmatched", message, kind.upper(), hint=hint)
+                line.fault = line.fault or BlockError("flow-unmatched", message, kind.upper(), hint=hint)
                 continue
             _, begin = open_lines.pop()
             program.other[begin] = at

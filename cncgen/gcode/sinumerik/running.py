@@ -7,9 +7,10 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, cast
 
+from cncgen.gcode.block import Block
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.flow import language_run
+from cncgen.gcode.flow import language_run, recovery
 from cncgen.gcode.flow.language_run import LanguageRun
 from cncgen.gcode.flow.plain_lines import PlainLane
 from cncgen.gcode.sinumerik import commands, expressions, unread_cycles
@@ -23,6 +24,8 @@ from cncgen.gcode.text.lanes import empty_block
 from cncgen.gcode.text.search import opened
 
 Frame = language_run.Frame[Program]
+#: Kinds of motion without words of their own.
+_LINES = (0.0, 1.0)
 
 
 def _target(program: Program, at: int, how: str, label: str) -> int | None:
@@ -164,7 +167,12 @@ class SinumerikRunner(LanguageRun[Program]):
         if statement.deletable and self._options.block_delete:
             return
         if line.fault is not None:
-            raise line.fault
+            passed = frame.program.passed_by(at)
+            if not passed:
+                raise line.fault
+            self._faults.fail(line.here, line.fault)
+            self._pass_by(frame, passed)
+            return
         if statement.kind == "assign":
             self.motions.assignments(statement.items)
         elif statement.kind != "block":
@@ -176,6 +184,23 @@ class SinumerikRunner(LanguageRun[Program]):
                 self.leave()
             else:
                 self.ip.end_program()
+
+    def _pass_by(self, frame: Frame, passed: range) -> None:
+        """Go on behind a branch or loop whose condition cannot be read; the feeds and kinds of motion in it count for what follows."""
+        for inner in passed:
+            line = frame.program.lines[inner]
+            if line.fault is not None:
+                self._faults.fail(line.here, line.fault)
+            words = [item[1:] for item in line.statement.items if item[0] == "word"]
+            motions = tuple(
+                round(10.0 * value) for letter, value in words if letter == "G" and value in _LINES
+            )
+            feeds = [value for letter, value in words if letter == "F" and value > 0.0]
+            if motions:
+                self.ip.state.motion = motions[-1]
+            if feeds:
+                recovery.attempt(self.ip, Block({"f": feeds[-1]}))
+        frame.at = passed.stop
 
     def _number(self, value: Value) -> float:
         return number(evaluate(value, self.store))

@@ -16,7 +16,7 @@ from cncgen.gcode.source import Source
 from cncgen.gcode.text.labels import Cursor, Label
 from cncgen.gcode.text.macro_loops import Loops
 from cncgen.gcode.text.parsers import parser
-from cncgen.grammars.terminals import LINUXCNC
+from cncgen.grammars.terminals import FANUC, LINUXCNC
 from cncgen.kernels import gcode_codes
 from cncgen.kernels.gcode_lines import Lines
 from cncgen.kernels.gcode_marks import Marks, bits_of
@@ -65,6 +65,11 @@ class Labels:
         return Marked(
             label, _KEYWORDS[keyword], Cursor(self._index, offset, line), Cursor(self._index, after, line + 1)
         )
+
+    @cached_property
+    def by_offset(self) -> dict[int, Marked]:
+        """The marked lines by their offsets."""
+        return {mark.cursor.offset: mark for mark in self.marks}
 
     def first(self, label: Label, keywords: tuple[str, ...], resolve: Resolve) -> Marked | None:
         """Return the first line with a label and one of the keywords."""
@@ -137,7 +142,8 @@ def _find_marks(source: Source, dialect: str) -> list[tuple[int, int, int, Value
 
 def _read(text: str, dialect: str, *, refused: bool) -> tuple[Value | str | None, str]:
     """Return label and keyword of a line by the parser or its opening; no keyword where nothing leads to it."""
-    label, keyword = _opening(text) if refused and dialect == "linuxcnc" else _flow(text, dialect)
+    opening = {"linuxcnc": _opening, "fanuc": _loop_opening}.get(dialect) if refused else None
+    label, keyword = opening(text) if opening else _flow(text, dialect)
     return (None, "") if label is None or keyword in _LEAVING else (label, keyword)
 
 
@@ -150,6 +156,17 @@ def _flow(text: str, dialect: str) -> tuple[Value | str | None, str]:
     except BlockError:
         return None, ""
     return (None, "") if flow is None else (flow.label, flow.keyword)
+
+
+def _loop_opening(text: str) -> tuple[Value | str | None, str]:
+    """Return number and keyword of a loop of a macro whose condition has a fault: its END belongs to it all the same."""
+    import re
+
+    from cncgen.gcode.text.normal_text import normalise
+
+    head = rf"(?:{FANUC['DELETE']})?(?:{FANUC['LINE_NUMBER']})?(?:{FANUC['WHILE']}|{FANUC['WH']})"
+    loop = re.match(rf"{head}.*{FANUC['DO']}(?P<number>{FANUC['NUMBER']})", normalise(text))
+    return (float(loop["number"]), "while-do") if loop else (None, "")
 
 
 def _opening(text: str) -> tuple[Value | str | None, str]:
