@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry.columns import norm
 from cncgen.geometry.linearize import chords
 from cncgen.geometry.path import Path
 from cncgen.geometry.splitting import split
@@ -32,7 +33,7 @@ _WIDE = 4.0
 
 
 def cornered(chunks: Iterable[Toolpath]) -> Iterator[Toolpath]:
-    """Hand on chunks, with lines in place of those parts of NURBS that bend more sharply than a few tolerances, or in a corner."""
+    """Hand on chunks, with lines in place of arcs and those parts of NURBS that bend more sharply than a few tolerances, or in a corner."""
     for chunk in chunks:
         yield _cornered(chunk)
 
@@ -44,7 +45,8 @@ def chorded(chunks: Iterable[Toolpath], machine: Machine) -> Iterator[Toolpath]:
 
 
 def _cornered(toolpath: Toolpath) -> Toolpath:
-    """Return a toolpath whose NURBS are cut beside their sharp bends, and these are lines."""
+    """Return a toolpath whose sharp arcs are lines, and whose NURBS are cut beside their sharp bends, which are."""
+    toolpath = _as_chords(toolpath, toolpath.path, _tight(toolpath), _FINE)
     path, rows = _curves(toolpath)
     if not len(rows):
         return toolpath
@@ -118,9 +120,14 @@ def _chorded(toolpath: Toolpath, machine: Machine) -> Toolpath:
         wide = toolpath.tolerance >= _WIDE * chord_reserve(machine, toolpath.axes)
         # The plan would round the corner where a curve turns back, and lose its tip.
         rows = rows[(wide & regular(toolpath, path))[rows]]
+    return _as_chords(toolpath, path, rows, _SHARE)
+
+
+def _as_chords(toolpath: Toolpath, path: Path, rows: Ints, share: float) -> Toolpath:
+    """Return a toolpath with chords in place of some of its rows, that take a part of their tolerance."""
     if not len(rows):
         return toolpath
-    of, part, x = chords(path, rows, _SHARE * toolpath.tolerance[rows], axis_scale(toolpath.axes))
+    of, part, x = chords(path, rows, share * toolpath.tolerance[rows], axis_scale(toolpath.axes))
     inner = part > 0.0
     # A chord that begins inside of a row ends the one before it.
     row = np.concatenate([np.arange(len(toolpath)), rows[of[inner]]])
@@ -131,9 +138,18 @@ def _chorded(toolpath: Toolpath, machine: Machine) -> Toolpath:
     columns["end"] = np.concatenate([toolpath.end, x[inner]])[order]
     columns["kind"] = np.where(cut, np.int8(Kind.LINE), columns["kind"])
     columns["curve"] = np.where(cut, -1, columns["curve"])
-    columns["tolerance"] = columns["tolerance"] * np.where(cut, 1.0 - _SHARE, 1.0)
+    columns["tolerance"] = columns["tolerance"] * np.where(cut, 1.0 - share, 1.0)
     lines = replace(toolpath, **columns)
     return between(lines, 0, len(lines))
+
+
+def _tight(toolpath: Toolpath) -> Ints:
+    """Return which rows are arcs that bend as sharply all along."""
+    path = toolpath.path
+    arcs = np.flatnonzero((toolpath.kind == Kind.ARC) & loose(toolpath) & path.moves_xyz)
+    bend = norm(path.evaluate(path.row_s[arcs], 2, 1)[2] * axis_scale(toolpath.axes))
+    # A chord is √(8 · part · P R) long.
+    return arcs[8.0 * _FINE * toolpath.tolerance[arcs] * bend > _TURN**2]
 
 
 def _curves(toolpath: Toolpath) -> tuple[Path, Ints]:

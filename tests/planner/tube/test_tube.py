@@ -814,6 +814,26 @@ def test_holes_have_no_room_and_no_windows() -> None:
     assert "tolerance_windows" not in summary.as_json()
 
 
+@pytest.mark.parametrize(("radius", "tolerance"), [(0.042, 0.0294), (0.1, 0.1), (0.3, 0.2)])
+def test_a_circle_hardly_larger_than_the_tolerance_takes_no_longer_than_its_chords(
+    radius: float, tolerance: float
+) -> None:
+    """Five circles, a short line after each. Planes across the circle meet within the tolerance: they took 7.8 to 13.9 % longer."""
+    chords = int(np.ceil(2.0 * np.pi / np.sqrt(8.0 * 0.003 * tolerance / radius)))
+    turn = np.pi - np.linspace(0.0, 2.0 * np.pi, chords + 1)[1:]
+    circle = radius * (1.0 + np.cos(turn)), radius * np.sin(turn)
+    programs = []
+    for lines in (False, True):
+        rows = ["G21 G17 G90 G94", f"G64 P{tolerance} F6000", "G1 X0.5"]
+        for x, y in ((0.5 + 0.02 * k, 0.02 * k) for k in range(5)):
+            polygon = [f"G1 X{x + u:.9f} Y{y + v:.9f}" for u, v in zip(*circle, strict=True)]
+            rows += [*(polygon if lines else [f"G2 I{radius} J0"]), f"G1 X{x + 0.02:.2f} Y{y + 0.02:.2f}"]
+        programs.append("\n".join([*rows, "G1 X1.1", "M2", ""]))
+    (time, faults), (along_lines, _) = (planned(text, machine()) for text in programs)
+    assert not faults
+    assert time <= 1.002 * along_lines
+
+
 def test_a_window_that_begins_and_ends_at_feed_is_solved() -> None:
     """Half circles of R0.5 at 6 mm/s, whose first windows end at the feed: held between nodes, they once had no solution."""
     rows = [f"G{2 + k % 2} X{k + 1} Y0 I0.5 J0" for k in range(40)]
