@@ -46,7 +46,7 @@ def drives_of(axes: str, drives: Mapping[str, Drive]) -> list[Drive]:
     missing = [axis for axis in axes if axis not in drives]
     if missing:
         tables = ", ".join(f"[axes.{axis.lower()}.drive]" for axis in missing)
-        message = f"frames of drives need the scaling of axis {', '.join(missing)}"
+        message = f"csp and csp-raw need the drive scaling of axis {', '.join(missing)}"
         raise UsageError(
             Diagnostic("machine-missing", message, hint=f"give the machine file {tables} with counts_per_…")
         )

@@ -60,7 +60,7 @@ def folder(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         (
             "plan part.nc -m xy-table --format csp-raw -o f",
             2,
-            "frames of drives need the scaling of axis X, Y",
+            "csp and csp-raw need the drive scaling of axis X, Y",
         ),
         ("plan s.csv", 2, "s.csv holds setpoints or a response, not a program"),
         ("check r.csv", 2, "r.csv holds setpoints or a response, not a program"),

@@ -626,6 +626,7 @@ def test_heads_of_mach_and_tormach(run: Any) -> None:
     assert [d.code for d in out.diagnostics] == ["other-control"] * 2
     # Where LinuxCNC itself is asked for, `rs274` decides ("Unknown g code used"); `canon` refused it, and reading did not.
     assert run("G50\nM2", dialect="linuxcnc").errors == [("unknown-code", 1, 1)]
+    assert run("G70\nM2", dialect="linuxcnc").errors == [("profile-missing", 1, 1)]
 
 
 def test_two_tools_before_m6_of_mazak(run: Any) -> None:

@@ -187,6 +187,7 @@ def test_words_in_any_order(lines: list[list[str]], dialect: str) -> None:
 @settings(max_examples=200)
 @given(st.binary(max_size=200))
 @example(b"M10")
+@example(b"G70")
 def test_any_bytes(data: bytes) -> None:
     """In LinuxCNC's dialect: without a sign of any, `read` leaves M10 to the machine's builder, which `canon` refuses as the peer does."""
     assert consume(data, dialect="linuxcnc") or data.strip()
