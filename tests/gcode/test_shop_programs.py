@@ -240,7 +240,7 @@ def test_tilted_planes_of_several_blocks(moves: Any, body: str, expected: Move) 
 @pytest.mark.parametrize(
     "body",
     ["G68.2 P2 Q2 X1.", "G68.2 P2 Q1 X1.\nG68.2 P2 Q3 X1.", "G68.2 P2 X1.", "G68.2 P2 Q1 X0\nG68.2 P2 Q2 X0\nG68.2 P2 Q3 Y1.",
-     "G68.2 P3 Q1 I1. J0 K0\nG68.2 P3 Q2 I1. J0 K1."],
+     "G68.2 P3 Q1 I1. J0 K0\nG68.2 P3 Q2 I1. J0 K1.", "G68.2 P2 Q1 X0\nG68.2 P2 Q90000000 X1."],
 )  # fmt: skip
 def test_tilted_planes_that_are_incomplete(run: Any, body: str) -> None:
     out = run(f"G90 F100.\n{body}\nM30\n", dialect="fanuc")

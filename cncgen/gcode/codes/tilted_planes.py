@@ -76,7 +76,7 @@ def _gathered(ip: Interpreter, block: Block) -> affine.Frame | None:
     begins = step in _FIRST[kind] and (step == _FIRST[kind][0] or set(places) != {(2, 0)})
     if begins:
         places.clear()
-    if not begins and (not places or sorted(places) != [(kind, k) for k in range(min(places)[1], step)]):
+    if not begins and not (0 < step <= _LAST[kind] and _in_turn(list(places), kind, step)):
         message = f"G68.2 P{kind} Q{step} does not go on from the block before it"
         if step < 0:
             message = f"G68.2 P{kind} has no Q, which counts its blocks"
@@ -93,6 +93,11 @@ def _gathered(ip: Interpreter, block: Block) -> affine.Frame | None:
     places.clear()
     axes = affine.Frame(affine.of_columns(x, affine.cross(z, x), z), origin)
     return axes.then(affine.Frame(affine.turn(2, ip.plane_turn), shift))
+
+
+def _in_turn(places: list[tuple[int, int]], kind: int, step: int) -> bool:
+    """Tell whether the blocks so far are those before one, from the first or the second on."""
+    return bool(places) and sorted(places) == [(kind, k) for k in range(min(places)[1], step)]
 
 
 def _of_points(ip: Interpreter) -> tuple[affine.Vector, affine.Vector, affine.Vector]:
