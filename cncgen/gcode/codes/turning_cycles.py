@@ -88,7 +88,7 @@ class TurningJob:
 def _is_unit(ip: Interpreter, block: Block, name: str, unit: int) -> bool:
     """Take G70 or G71 without words as inches or millimetres, and say so: Mach, Siemens and DIN 66025 have them, as a cycle they lack all.
 
-    Not of a program that is said to be LinuxCNC's, which has but the cycle.
+    With the dialect linuxcnc named they are refused, as its own interpreter refuses them.
     """
     if block.words or ip.options.stand_alone or ip.options.dialect == "linuxcnc":
         return False

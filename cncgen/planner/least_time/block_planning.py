@@ -29,8 +29,8 @@ FIRST, MOST = 512, 8192
 #: Results that wait while another is made and this one is worked on, and meshes that do: their times differ more, as some windows need
 #: more runs. With two in wait solving and reading together take 5 % less time.
 PREFETCHED, MESHES = 1, 2
-#: Breakpoints of a neighbour that a block is classified with. A setpoint sees those of three periods; of rows that are
-#: a twentieth of a period long, as scans have, that many.
+#: Breakpoints of a neighbour that a block is classified with. A difference of setpoints spans three periods; where rows take a
+#: twentieth of a period, it spans about 60 of them.
 _BESIDE = 64
 
 

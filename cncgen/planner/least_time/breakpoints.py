@@ -161,7 +161,7 @@ def breakpoints_of(block: PathBlock, bounds: AxisLimits) -> Breakpoints:
 def _bends_beside(path: Path, seams: Floats, directions: tuple[Floats, Floats], bounds: AxisLimits) -> Floats:
     """Return places between which and a knot beside them a curve bends too briefly to show in setpoints, shape (k,).
 
-    Nodes are further apart than that, and need not see the bend, though the direction after it is another one. What `distinct`
+    Nodes are further apart than that, and need not see the bend, though the direction after it is another one. What `_distinct`
     counts to the knot becomes its corner, the rest an interval of its own.
 
     Args:

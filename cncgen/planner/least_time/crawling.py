@@ -1,6 +1,6 @@
 """Rows that are slow enough for the motion to stop at their ends.
 
-`block_planning` calls `paced` before the path is smoothed, `corners` and `mesh` ask for `crawling` of each block
+`block_planning` calls `paced` before the path is smoothed, `breakpoints` asks for `crawling` of each block
 (docs/corners.md, Rows that crawl).
 """
 
