@@ -44,6 +44,7 @@ def command(
     from cncgen.cli.reading import read_options
     from cncgen.diagnostics import Diagnostics, json_values
     from cncgen.files import write_text
+    from cncgen.pipeline import machine_of
     from cncgen.pipeline.removing import cut
     from cncgen.report.removed import as_text, figure
 
@@ -57,6 +58,7 @@ def command(
         cell_mm=cell,
         language=language,
         options=options,
+        on_lathe=machine is not None and machine_of(machine).is_lathe,
         diagnostics=said,
     )
     messages.show(said)

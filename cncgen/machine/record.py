@@ -96,5 +96,10 @@ class Machine:
     max_centripetal_mm_s2: float | None = None
     settings: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
+    @property
+    def is_lathe(self) -> bool:
+        """Whether it has X and Z and no Y."""
+        return "X" in self.axes and "Z" in self.axes and "Y" not in self.axes
+
     def __repr__(self) -> str:
         return f"Machine({self.name!r}, axes {''.join(self.axes)}, every {1e3 * self.period_s:g} ms)"

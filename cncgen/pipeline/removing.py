@@ -35,6 +35,7 @@ def cut(
     cell_mm: float | None = None,
     language: str | None = None,
     options: ReadOptions | None = None,
+    on_lathe: bool = False,
     diagnostics: Diagnostics | None = None,
 ) -> Removal:
     """Cut the stock of a program; see docs/removal.md.
@@ -47,6 +48,7 @@ def cut(
         cell_mm: Width of a column, None: some 500th of the stock.
         language: ``gcode`` or ``stepnc``; None: by content and suffix.
         options: How it is read.
+        on_lathe: Whether the machine is a lathe (`Machine.is_lathe`); one whose dialect or tools are a lathe's is turned anyhow.
         diagnostics: Receives the diagnostics of the program.
 
     Raises:
@@ -75,11 +77,13 @@ def cut(
             finished, turned, part = program.finished, program.turned, program.part
             clampings, unlike = clampings_of(program), program.unlike
             pieces = 1 if piece is not None else len(program.raw)
+            axes, for_lathe = "", False
             piece = piece or raw_stock(program.raw)
         else:
             read = reader.read(file, name, reading)
             finished, turned, part, clampings = None, None, None, {}
             unlike, pieces = "", 1
+            axes, for_lathe = read.moving_axes, read.for_lathe or on_lathe
             toolpaths, tips = list(read.chunks()), False
             found.extend(read.diagnostics)
     if found.has_errors:
@@ -87,7 +91,7 @@ def cut(
     _check(toolpaths, clampings, unlike)
     if piece is None:
         raise _no_stock(name, part, toolpaths)
-    if turns(toolpaths, cutters):
+    if turns(toolpaths, cutters, axes, for_lathe):
         if wanted is not None:
             text = "--target is for programs that mill; of one that turns the features say what is to stay"
             raise UsageError(Diagnostic("cut-stock", text))
@@ -187,15 +191,20 @@ def clampings_of(program: CutProgram) -> dict[int, Clamping]:
     return {number: Clamping(frame, target) for number, (frame, target) in each.items()}
 
 
-def turns(toolpaths: Iterable[Toolpath], cutters: Mapping[str, Cutter | Insert] | None = None) -> bool:
-    """Tell whether a program cuts with a tool that stands while the work turns."""
-    from cncgen.removal.cutters import insert_of_event
+def turns(
+    toolpaths: Iterable[Toolpath],
+    cutters: Mapping[str, Cutter | Insert] | None = None,
+    axes: str = "",
+    for_lathe: bool = False,
+) -> bool:
+    """Tell whether a program turns its work: as `turns_work` says, or by a tool that is given."""
+    from cncgen.removal.cutters import turns_work
     from cncgen.removal.record import Insert
 
-    tools = [e.values for path in toolpaths for e in path.events if e.name == "tool"]
-    named = {str(t.get("tool", "")) for t in tools} | {"*"}
+    events = [event for path in toolpaths for event in path.events]
+    named = {str(e.values.get("tool", "")) for e in events if e.name == "tool"} | {"*"}
     given = any(isinstance(c, Insert) and c.name in named for c in (cutters or {}).values())
-    return given or any(insert_of_event(t) is not None for t in tools)
+    return given or turns_work([event.values for event in events], axes, for_lathe)
 
 
 def turn_toolpaths(

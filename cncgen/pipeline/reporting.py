@@ -252,7 +252,7 @@ def report_page(
         part, said = _recorded(program, there, how, variant.label, (language, reading), wanted)
         parts.append(part)
         remarks.extend(said)
-    removal = _cut(program, shown_part, language, options_on(where, reading), remarks)
+    removal = _cut(program, shown_part, language, options_on(where, reading), where.is_lathe, remarks)
     parts[0] = replace(parts[0], removal=removal)
     if with_why:
         _, ranked = why(program, where, options)
@@ -313,6 +313,7 @@ def _cut(
     shown_part: ShownPart | None,
     language: str | None,
     reading: ReadOptions | None,
+    on_lathe: bool,
     remarks: Diagnostics,
 ) -> Removal | None:
     """Return the stock that remains after a program; None if it is not requested and the program is not a STEP-NC file with known
@@ -330,6 +331,7 @@ def _cut(
             cell_mm=how.cell_mm,
             language=language or program.language,
             options=reading,
+            on_lathe=on_lathe,
         )
     except UsageError as error:
         if shown_part is not None:

@@ -63,6 +63,10 @@ class TurnedCutting(CutWalk):
         cutters: Tools by name that count before those of the program.
     """
 
+    UNKNOWN = "the shape of tool {} is not known"
+    UNFIT = "tool {} is one of mills or a drill, and moves beside the axis of the bar"
+    TOOLS = "--tool NAME=turn:NOSE,TRAILING names a turning tool, NAME=groove:WIDTH one for grooves, NAME=drill:D a drill on the axis"
+
     def __init__(
         self,
         stock: Turned,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Container, Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -29,6 +29,23 @@ _SIZES: dict[str, tuple[list[str], list[str], dict[str, Any]]] = {
 _EXTRAS = {"length": 1, "shank": 1, "holder": 2}
 #: Angle of a turning tool's trailing edge where none is given, rad: that of a slender one.
 TRAILING = math.radians(60.0)
+
+
+def turns_work(events: Iterable[Mapping[str, Any]], axes: Container[str], for_lathe: bool) -> bool:
+    """Tell whether a program turns its work, whatever is known of its tools.
+
+    One of its tools is a lathe's; or it moves X and Z and not Y, and is for a lathe or has a constant surface speed (G96).
+
+    Args:
+        events: Values of its events.
+        axes: Letters of the axes that it moves.
+        for_lathe: Whether its dialect or its machine is a lathe's.
+    """
+    flat = "X" in axes and "Z" in axes and "Y" not in axes
+    speeds = ("surface_m_min", "surface_ft_min")
+    return (flat and for_lathe) or any(
+        insert_of_event(values) or (flat and any(speed in values for speed in speeds)) for values in events
+    )
 
 
 def insert_of_event(values: Mapping[str, Any]) -> Insert | None:

@@ -58,11 +58,11 @@ class Findings:
     name: str
     found: list[Diagnostic] = field(default_factory=list)
     _faults: dict[tuple[str, int, str], _CutFault] = field(default_factory=dict)
-    _unknown: dict[str, int] = field(default_factory=dict)
+    _unknown: dict[tuple[str, str], tuple[int, str]] = field(default_factory=dict)
 
-    def no_tool(self, name: str, lines: Lines) -> None:
-        """Note that a tool's form is not known."""
-        self._unknown.setdefault(name, int(lines.line[0]))
+    def no_tool(self, name: str, lines: Lines, why: str, hint: str) -> None:
+        """Note why a tool does not cut, once."""
+        self._unknown.setdefault((name, why), (int(lines.line[0]), hint))
 
     def judge(
         self,
@@ -195,9 +195,8 @@ class Findings:
             if count > MAX_TOLD:
                 text = f"{_TEXTS[code]} in {count - MAX_TOLD} more lines"
                 first.append(Diagnostic(code, text, _severity(code), Span(self.name, 1)))
-        for name, line in self._unknown.items():
-            text = f"the diameter of tool {name!r} is not known; its motions are left out"
-            hint = "--tool NAME=flat:D names it (on a lathe NAME=turn:NOSE,TRAILING), or a tool table with diameters"
+        for (name, why), (line, hint) in self._unknown.items():
+            text = f"{why.format(repr(name))}; its motions are left out"
             first.append(Diagnostic("cut-tool", text, Severity.WARNING, Span(self.name, line), hint=hint))
         self.found[:0] = first
 

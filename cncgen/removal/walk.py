@@ -39,6 +39,11 @@ class CutWalk(ABC):
         cutters: Tools by name that count before those of the program.
     """
 
+    #: What is said of a tool that is not known, and of one that cannot cut here; and how to name those that can.
+    UNKNOWN = "the diameter of tool {} is not known"
+    UNFIT = "tool {} is for lathes, and the program does not turn its work"
+    TOOLS = "--tool NAME=flat:D names it (on a lathe NAME=turn:NOSE,TRAILING), or a tool table with diameters"
+
     def __init__(self, name: str, cutters: Mapping[str, Cutter | Insert] | None) -> None:
         self.name = name
         self.cutters = cutters or {}
@@ -117,7 +122,8 @@ class CutWalk(ABC):
         cutter = self._cutter()
         met = None if cutter is None else self._cut(lines, cutter, operation)
         if cutter is None or met is None:
-            self.findings.no_tool(state.tool, lines)
+            why = self.UNKNOWN if cutter is None else self.UNFIT
+            self.findings.no_tool(state.tool, lines, why, self.TOOLS)
             return
         self.findings.judge(
             lines, met, operation, cutter, 0 if state.tapping else state.direction, state.tapping

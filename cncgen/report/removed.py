@@ -30,7 +30,8 @@ def as_text(removal: Removal) -> str:
     removed = sum(o.volume_mm3 for o in removal.operations)
     raw = removal.raw_volume_mm3
     share = f" ({100 * removed / raw:.1f} %)" if raw > 0 else ""
-    lines = [f"removed {removed:.1f} of {raw:.1f} mm³{share}, grid of {removal.stock.cell:.4g} mm"]
+    kind = "rings" if isinstance(removal.stock, Turned) else "grid"
+    lines = [f"removed {removed:.1f} of {raw:.1f} mm³{share}, {kind} of {removal.stock.cell:.4g} mm"]
     width = max([9, *(len(o.name) for o in removal.operations)])
     lines.append(f"{'operation':<{width}}  {'tool':<12} {'mm³':>12} {'s':>9} {'mm³/s':>9} {'deepest mm':>11}")
     for o in removal.operations:

@@ -24,6 +24,9 @@ WITHOUT_Y = replace(MILL, axes=MappingProxyType({letter: MILL.axes[letter] for l
         pytest.param("G1 X20 Z-1 F900", MILL, {}, False, id="a groove of a mill"),
         pytest.param("G1 X20 Z-1 F900", WITHOUT_Y, {}, True, id="a machine without Y"),
         pytest.param("G96 S200 M3\nG1 X20 Z-1 F900", MILL, {}, True, id="a constant surface speed"),
+        pytest.param(
+            "G20\nG96 S200 M3\nG1 X2 Z-1 F90", MILL, {}, True, id="a constant surface speed in feet"
+        ),
         pytest.param("G1 X20 Z-1 F900", MILL, {"dialect": "fanuc-lathe"}, True, id="a dialect of lathes"),
         pytest.param(
             "G1 X20 Y5 Z-1 F900", MILL, {"dialect": "fanuc-lathe"}, False, id="motion across X and Z"

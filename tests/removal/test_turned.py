@@ -259,6 +259,30 @@ def test_g_code_of_a_lathe(tmp_path, cncgen):
     assert "cut-rapid" in done.stderr.decode()
 
 
+@pytest.mark.parametrize(
+    ("text", "options", "rings"),
+    [
+        ("G98 T0101\nG97 S500 M3\nG1 X40 Z5 F200\nZ-60\nM30\n", ["--dialect", "fanuc-lathe"], True),
+        ("G94 T1 M6\nG96 D3000 S200 M3\nG1 X20 Z5 F200\nZ-60\nM2\n", [], True),
+        ("G20\nG94 T1 M6\nG96 D3000 S600 M3\nG1 X1 Z0.2 F20\nZ-2\nM2\n", [], True),
+        ("G94 T1 M6\nS500 M3\nG1 X20 Z5 F200\nZ-60\nM2\n", ["-m", "lathe.toml"], True),
+        ("G94 T1 M6\nS500 M3\nG1 X20 Z5 F200\nZ-60\nM2\n", [], False),
+        ("G94 T1 M6\nG96 D3000 S200 M3\nG1 X20 Y3 Z5 F200\nZ-60\nM2\n", [], False),
+    ],
+    ids=["dialect", "G96", "G96 in inches", "machine", "mill", "moves Y"],
+)
+def test_the_work_of_a_lathe_is_turned_whatever_is_known_of_its_tools(tmp_path, cncgen, text, options, rings):
+    """A tool of 10 mm cuts a groove on a mill: on a lathe it was milled as well, into a bar that stood."""
+    (tmp_path / "t.nc").write_text("G21 G18 G90\n" + text)
+    limits = "{max_velocity_mm_s = 100, max_acceleration_mm_s2 = 1e3, max_jerk_mm_s3 = 1e4}"
+    (tmp_path / "lathe.toml").write_text(f"[axes]\nx = {limits}\nz = {limits}\n")
+    bar = ["--stock", "cylinder:0,0,50,-100,0", "--tool", "1=flat:10", "--tool", "0101=flat:10"]
+    done = cncgen("cut", "t.nc", *bar, *options)
+    said = done.stderr.decode()
+    assert ("removed 0.0 of" in said and "rings" in said) is rings
+    assert ("moves beside the axis of the bar" in said) is rings
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_random_shafts(seed, tmp_path):
     """Steps, cones and roundings that rise from the free end: roughed, finished, cut; no gouge, no rapid, nothing left."""

@@ -15,7 +15,7 @@ from cncgen.diagnostics import json_values
 from cncgen.files import as_utf8
 from cncgen.machine.record import Machine
 from cncgen.planner.record import Limit
-from cncgen.removal.cutters import insert_of_event
+from cncgen.removal.cutters import turns_work
 from cncgen.removal.record import Removal, Turned
 from cncgen.removal.surfaces import mesh_of
 from cncgen.report.page.assembling import assemble
@@ -105,16 +105,10 @@ def contents(part: Contents, blob: Blob, with_source: bool = True) -> dict[str, 
 
 
 def _turned(part: Contents, axes: set[str], events: Sequence[Mapping[str, Any]]) -> bool:
-    """Tell whether a part is turned: its stock is; or nothing moves across the plane of X and Z, and machine, program or tools are a lathe's.
-
-    A spindle with a constant surface speed (G96) turns the work.
-    """
+    """Tell whether a part is turned: its stock is, or the program turns its work."""
     if part.removal is not None:
         return isinstance(part.removal.stock, Turned)
-    if "Y" in axes or not axes >= {"X", "Z"}:
-        return False
-    lathe = part.for_lathe or "Y" not in part.machine.axes
-    return lathe or any("surface_m_min" in event or insert_of_event(event) for event in events)
+    return turns_work(events, axes, part.for_lathe or part.machine.is_lathe)
 
 
 def _removal(removal: Removal, blob: Blob) -> dict[str, Any]:

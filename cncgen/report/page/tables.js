@@ -284,7 +284,7 @@ function judged(part, verdict, go) {
 /** What is cut of the stock, and what is wrong with it. */
 function removed(part, removal, go) {
   const { removed_mm3: volume, raw_volume_mm3: raw, cell_mm: cell, findings } = removal;
-  const head = element("p", {}, `${rounded(volume)} of ${rounded(raw)} mm³ removed, ${share(volume / raw)}; on a grid of ${rounded(cell)} mm. `);
+  const head = element("p", {}, `${rounded(volume)} of ${rounded(raw)} mm³ removed, ${share(volume / raw)}; ${part.header.turned ? "in rings" : "on a grid"} of ${rounded(cell)} mm. `);
   if (!findings.length) head.append(element("strong", { class: "good" }, "Nothing is wrong with the cut."));
   const items = findings.map((item) => {
     const found = element("li", { class: item.severity }, item.message), visits = part.stretches?.visits.get(lineKey(0, item.line));
