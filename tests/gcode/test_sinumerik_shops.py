@@ -1096,9 +1096,124 @@ def test_the_cutting_speed_gives_the_speed_of_the_spindle(calls: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    "word", ["TOFFL=1", "PTP", "INVCW X5", "FXS[X]=1", "CUTCONON", "CUTMOD=2", "FPO(1,2)"]
+    "word", ["TOFFL=1", "TOFF[X]=1", "PTP", "INVCW X5", "FXS[X]=1", "CUTCONON", "CUTMOD=2", "FPO(1,2)"]
 )
 def test_commands_that_are_not_read_are_named_as_such(run: Any, word: str) -> None:
     (fault,) = (d for d in run(f"{word}\nM30", dialect="sinumerik").diagnostics if d.severity == "error")
     assert fault.code == "not-read"
     assert " (" in fault.message
+
+
+def test_edges_of_a_tool(run: Run) -> None:
+    """$TC_DP3[1,2] and $TC_DP6[1,2] are length and radius of edge 2, which D2 takes; both edges are read back."""
+    out = run(
+        "$TC_DP3[1,1]=100 $TC_DP6[1,1]=4\n$TC_DP3[1,2]=110 $TC_DP6[1,2]=5\nT1 D1 M6\nG0 X0 Y0 Z0\nD2\nG0 Z0\n"
+        "G41 G1 X20 Y20 F500\nX40\nG40 X60 Y0\nG0 Y=$TC_DP3[1,1] Z=$P_AD[3]\nD1\nG0 Z0\nM30",
+        dialect="sinumerik",
+    )
+    assert out.errors == []
+    found = (np.round(out.path.end[out.path.kind != 3, :3], 9) + 0.0).tolist()
+    assert found[:3] == [[0, 0, 100], [0, 0, 110], [20, 25, 110]]
+    assert found[-2:] == [[60, 100, 220], [60, 100, 100]]
+
+
+def test_an_edge_that_nothing_describes(run: Run) -> None:
+    out = run("$TC_DP3[1,1]=100\nT1 D3 M6\nG0 Z1\nM30", dialect="sinumerik")
+    assert [d.code for d in out.diagnostics if "D3" in d.message] == ["tool-edge"]
+    assert out.path.end[-1, 2] == 101
+
+
+@pytest.mark.parametrize(
+    ("words", "height", "beside"),
+    [
+        ("TOFFL=2.5", 102.5, 24),
+        ("TOFFL[1]=-4", 96, 24),
+        ("TOFFR=0.5", 100, 24.5),
+        ("TOFFLR=-1", 99, 23),
+        ("TOFFLR=-1\nTOFFL=0", 100, 23),
+    ],
+)
+def test_what_is_added_to_a_tool(run: Run, words: str, height: float, beside: float) -> None:
+    """TOFFL adds to the length, TOFFR to the radius, TOFFLR the same to both: of a ball whose centre is programmed -R (NC programming, p. 88)."""
+    text = f"$TC_DP3[1,1]=100 $TC_DP6[1,1]=4\nT1 D1 M6\n{words}\nG0 X0 Y0 Z0\nG41 G1 X20 Y20 F500\nX30\nG40 X40 Y0\nTOFFLR=0\nG0 Z0\nM30"
+    found = ends(run, text)
+    assert found[0] == [0, 0, height]
+    assert found[1] == [20, beside, height]
+    assert found[-1] == [40, 0, 100]
+
+
+@pytest.mark.parametrize("word", ["T2", "D2", "M6", "D0"])
+def test_another_tool_behind_an_offset(run: Run, word: str) -> None:
+    """No text says whether the offset lives on."""
+    assert fault(run, f"T1 D1 M6\nTOFFL=1\n{word}\nG0 Z1\nM30")[0] == "not-read"
+
+
+def test_a_radius_that_changes_under_compensation(run: Run) -> None:
+    text = "$TC_DP6[1,1]=4\nT1 D1 M6\nG41 G1 X20 Y20 F500\nX40\nTOFFR=1\nX50\nM30"
+    assert fault(run, text)[0] == "not-read"
+
+
+def test_another_machine_position(run: Run) -> None:
+    """After PRESETON(X,-5) at the machine's 100 its zero is at 105 for all but SUPA, under origins and frames too."""
+    text = (
+        "$P_UIFR[1,X,TR]=10\nG54 G90 G17\nG0 X90 Y1\nPRESETON(X,-5)\nG0 X0\nG53 G0 X0\nG153 G0 X1\nSUPA G0 X0\n"
+        "ROT Z90\nG0 X7 Y0\nG500\nROT\nG0 X=$AA_IM[X]+1 Y0\nM30"
+    )
+    found = [x for x, *_ in ends(run, text)]
+    assert found == [100, 115, 105, 106, 0, 115, 116]
+
+
+def test_a_rotary_axis_is_set(run: Run) -> None:
+    out = run("G0 C350\nPRESETON(C,10,A,3)\nG0 A0 C20\nG0 SUPA C=AC(350)\nM30", dialect="sinumerik")
+    assert out.errors == []
+    turns = np.degrees(out.path.end[out.path.kind != 3, 3:])
+    assert turns == pytest.approx(np.array([[0, 350], [-3, 360], [-3, 350]]))
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("PRESETON(X,0,C)", "sub-arguments"),
+        ("PRESETON()", "sub-arguments"),
+        ("PRESETON(5,1)", "variable-unknown"),
+        ("DIAMON\nG0 X10\nPRESETON(X,5)", "not-read"),
+        ("$TC_DP6[1,1]=4\nT1 D1 M6\nG41 G1 X20 Y20 F500\nX40\nPRESETON(Z,5)", "not-read"),
+        ("$P_UIFR[1,Z,RT]=30\nG54\nPRESETON(X,5)", "not-read"),
+    ],
+)
+def test_positions_that_cannot_be_set(run: Run, text: str, code: str) -> None:
+    assert fault(run, f"{text}\nG0 X1\nM30")[0] == code
+
+
+@pytest.mark.parametrize(
+    ("block", "expected"),
+    [
+        ("G53 Z=IC(50)", [10, 0, 90, 350]),
+        ("G91 SUPA Z=IC(-5) X=AC(1)", [1, 0, 35, 350]),
+        ("G53 C=DC(10)", [10, 0, 40, 370]),
+        ("G53 C=ACN(10)", [10, 0, 40, 10]),
+        ("G153 X=AC(3) Z7", [3, 0, 27, 350]),
+    ],
+)
+def test_modes_of_machine_coordinates(run: Run, block: str, expected: list[float]) -> None:
+    """An increment beside G53 goes on from where the axis is; it was read as a coordinate."""
+    out = run(f"$TC_DP3[1,1]=20\nT1 D1 M6\nG0 X10 Z20 C350\nG0 {block}\nM30", dialect="sinumerik")
+    assert out.errors == []
+    end = out.path.end[-1]
+    assert [*end[:3], math.degrees(end[3])] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(("mode", "x"), [("DIAMON", 25), ("DIAM90", 25), ("DIAMOF", 50)])
+def test_positions_are_read_as_they_are_written(run: Run, mode: str, x: float) -> None:
+    """X of $AA_IW and $P_EP is a diameter where words of X are: read and written back it is the same."""
+    text = f"G18 G90 {mode}\nG0 X50 Z10\nR1=$AA_IW[X] R2=$P_EP[X] R3=$AA_IW[Z]\nG0 X0 Z0\nG0 X=R1 Z=R3\nG0 X=R2\nM30"
+    assert [row[::2] for row in ends(run, text)] == [[x, 10], [0, 0], [x, 10]]
+    assert ("diameter-doubtful" in codes(run, text)) == (mode != "DIAMOF")
+
+
+def test_fixed_points_under_compensation(run: Run) -> None:
+    text = "$TC_DP6[1,1]=4\nT1 D1 M6\nG41 G1 X20 Y20 F500\nX40\nG75 X0\nM30"
+    assert fault(run, text) == (
+        "comp-refused",
+        "G75 goes to a point of the machine, and cutter compensation is on",
+    )

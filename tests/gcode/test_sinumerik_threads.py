@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 #: RTP RFP SDIS DP DPR, then the diameters, lead, feed, sense, kind and middle.
@@ -201,3 +202,33 @@ def test_the_lead_of_a_taper_is_along_its_axis(calls: Any, block: str, lead: flo
 def test_a_lead_along_an_axis_that_rests_is_an_error(run: Any) -> None:
     out = run("G18 DIAMON\nS500 M3\nG0 X40 Z5\nG33 X60 K2\nM30\n", dialect="sinumerik")
     assert out.errors == [("pitch-missing", 4, 9)]
+
+
+@pytest.mark.parametrize(
+    ("block", "depths"),
+    [
+        # n turns go 4 n + 0.2 n² / 2, of which 10 go 50; 5 n - 0.5 n² / 2, of which 4 go 16.
+        ("G34 Z-50 K4 F0.2", [-4.1, -8.4, -12.9, -17.6, -22.5, -27.6, -32.9, -38.4, -44.1, -50]),
+        ("G35 Z-16 K5 F0.5", [-4.75, -9, -12.75, -16]),
+    ],
+)
+def test_a_lead_that_changes(run: Any, block: str, depths: list[float]) -> None:
+    """F is the change of the lead a revolution, and no feed: G1 behind the thread has that of before."""
+    out = run(f"G18 G95 S100 M3 DIAMON F0.3\nG0 X20 Z0\n{block}\nG1 X40\nM30\n", dialect="sinumerik")
+    assert out.errors == []
+    path = out.path
+    moved = path.kind != 3
+    assert path.end[moved][1:-1, 2].tolist() == pytest.approx(depths)
+    leads = [*-np.diff([0.0, *depths]), 0.3]
+    assert path.feed[moved][1:] * 60 / 100 == pytest.approx(leads)
+
+
+@pytest.mark.parametrize(
+    ("block", "says"),
+    [("G34 Z-50 K4", "no change F"), ("G35 Z-50 K4 F0.2", "falls from 4 by 0.2 a turn to 0 after 40 of 50")],
+)
+def test_leads_that_cannot_change(run: Any, block: str, says: str) -> None:
+    out = run(f"G18 G95 S100 M3 DIAMON\nG0 X20 Z0\n{block}\n", dialect="sinumerik")
+    (fault,) = (d for d in out.diagnostics if d.severity == "error")
+    assert fault.code == "pitch-missing"
+    assert says in fault.message

@@ -8,6 +8,7 @@ Source: FANUC 0i-TD operator's manual B-64304EN-1, sections 4.1 (threads), 8.4 (
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import partial
 
 from cncgen.gcode.block import Block
@@ -204,7 +205,7 @@ def thread_of_varying_lead(ip: Interpreter, block: Block) -> None:
     Raises:
         BlockError: ``pitch-missing``: there is no K, or the lead falls to 0 before the end.
     """
-    first, number = lead_of(ip, block, "G34", _VARYING), 0
+    first = lead_of(ip, block, "G34", _VARYING)
     ip.state.motion = _VARYING
     if not has_axis(block):
         return
@@ -215,19 +216,37 @@ def thread_of_varying_lead(ip: Interpreter, block: Block) -> None:
         raise BlockError("pitch-missing", "G34 has no change K of the lead", "G34", hint=hint)
     start, end = list(ip.state.position), ip.end_point(block)
     way = max(abs(end[axis] - start[axis]) for axis in (X, Z))
+    for share, lead in turns_of_varying_lead("G34", "K", first, growth, way):
+        place = [a + share * (b - a) for a, b in zip(start, end, strict=True)] if share < 1.0 else end
+        cut_thread(ip, place, lead)
+
+
+def turns_of_varying_lead(
+    name: str, word: str, first: float, growth: float, way: float
+) -> Iterator[tuple[float, float]]:
+    """Yield of each turn of a thread the part of the way at its end, and its mean lead: n turns go first n + growth n² / 2.
+
+    Args:
+        name, word: The code of the thread, and its word of the growth.
+        first: The lead at the start.
+        growth: How much it grows each turn, not 0.
+        way: How far the thread goes along the axis of the lead.
+
+    Raises:
+        BlockError: ``pitch-missing``: the lead falls to 0 before the end.
+    """
     last = first**2 + 2.0 * growth * way
     if last < 0.0:
-        message = f"the lead of G34 falls from {first:g} by {-growth:g} a turn to 0 after {first**2 / (-2.0 * growth):.4g} of {way:.4g}"
-        raise BlockError("pitch-missing", message, "K", hint="a larger F, a smaller K or a shorter thread")
+        message = f"the lead of {name} falls from {first:g} by {-growth:g} a turn to 0 after {first**2 / (-2.0 * growth):.4g} of {way:.4g}"
+        hint = f"a larger lead at the start, a smaller {word} or a shorter thread"
+        raise BlockError("pitch-missing", message, word, hint=hint)
     turns = (last**0.5 - first) / growth
-    gone = 0.0
+    number, gone = 0, 0.0
     while number < turns:
         done, number = number, number + 1
         until = min(float(number), turns)
         reached = first * until + growth * until**2 / 2.0
-        share = 1.0 if until == turns else reached / way
-        place = [a + share * (b - a) for a, b in zip(start, end, strict=True)] if share < 1.0 else end
-        cut_thread(ip, place, (reached - gone) / (until - done))
+        yield (1.0 if until == turns else reached / way), (reached - gone) / (until - done)
         gone = reached
 
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from cncgen.gcode.block import AXES, Block
+from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes import affine as frames
 from cncgen.gcode.codes import rotary_paths, tool_point
 from cncgen.gcode.codes.cutter_compensation import feed_along_contour
+from cncgen.gcode.codes.offsets import set_g92
 from cncgen.gcode.codes.tools import table_offset
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.sinumerik import frame_variables, measuring, orientation, swivelling, unread_cycles
@@ -21,12 +22,14 @@ if TYPE_CHECKING:
 
 #: Axes of the machine, by which G74 and G75 name those that they move.
 MACHINE_AXES = ("X1", "Y1", "Z1", "A1", "B1", "C1")
+#: Words that add to length and radius of the tool in the spindle, or to one of them.
+TOOL_OFFSETS = {"TOFFL": (True, False), "TOFFR": (False, True), "TOFFLR": (True, True)}
 #: Names of words that take a value by =.
 NAMED = frozenset(
     [*MACHINE_AXES, *orientation.VECTOR, *orientation.ANGLES, *measuring.WORDS, *(f"S{k}" for k in range(10)), *(f"{letter}{k}" for letter in "HM" for k in range(100)),
      "AP", "RP", "FP", "CR", "AR", "ANG", "TURN", "I1", "J1", "K1", "RND", "RNDM", "CHF", "CHR", "FRC", "FRCM", "ADIS", "ADISPOS",
      "CTOL", "OTOL", "CTOLG0", "OTOLG0", "PW", "PL", "SD", "RPL", "SPOS", "SPOSA", "SF", "PO", "DISC", "DISR", "DISCL", "DISRP",
-     "OFFN", "OVR", "PIT", "DITS", "DITE", "FB", "FZ", "FAD", "LIMS", "PRIO", "ALF", "D1", "SVC", "OVRRAP", "STOLF", "CUTMOD", "T1", "T2", "T3",]
+     "OFFN", "OVR", "PIT", "DITS", "DITE", "FB", "FZ", "FAD", "LIMS", "PRIO", "ALF", "D1", "SVC", "OVRRAP", "STOLF", "CUTMOD", "T1", "T2", "T3", *TOOL_OFFSETS]
 )  # fmt: skip
 #: Words that change how the control moves, not where to: accepted.
 _ACCEPTED = frozenset(
@@ -63,7 +66,7 @@ _NAMED_NOT_READ = {
     **dict.fromkeys(("WHENEVER", "WHEN", "EVERY", "DO", "ID", "IDS"), "a synchronous action"),
     **dict.fromkeys(("PTP", "PTPG0", "PTPWOC"), "motions from point to point under a transformation"),
     **dict.fromkeys(("INVCW", "INVCCW"), "an involute"),
-    **dict.fromkeys(("TOFF", "TOFFL", "TOFFR", "TOFFLR", "TOFFON", "DL", "FTOCON", "PUTFTOC", "PUTFTOCF"), "an offset beside the tool's data"),
+    **dict.fromkeys(("TOFF", "TOFFON", "DL", "FTOCON", "PUTFTOC", "PUTFTOCF"), "an offset beside the tool's data"),
     **dict.fromkeys(("FXS", "FXST", "FXSW", "FOCON"), "a motion against a stop"),
     **dict.fromkeys(("OS", "OSP1", "OSP2", "OST1", "OST2", "OSCILL"), "an axis that goes to and fro"),
     **dict.fromkeys(("CUTMOD", "CUTCONON", "CLGON", "ISD"), "cutter compensation other than in the plane"),
@@ -72,7 +75,6 @@ _NAMED_NOT_READ = {
     "ORIRESET": "a turn of the rotary axes to where they begin",
     "FPO": "a feed by a polynomial",
     "CROTS": "a rotation by solid angles as a frame",
-    "PRESETON": "another position of an axis",
     "BLOCK": "a part of another program",
     "ISOCALL": "a subprogram of the ISO dialect",
     **dict.fromkeys(("MEASA", "MEAWA", "MEAC"), "measuring by axes"),
@@ -265,6 +267,13 @@ def _spindle_function(motions: Motions, words: Words, name: str, at: Scalar, mod
         words.m.append(round(value))
 
 
+def _length_offset(motions: Motions, words: Words, name: str, at: Scalar, mode: str, value: float) -> None:
+    """TOFFL[1]=: what is added to the tool's length 1; raise of its other lengths."""
+    if number(at, "the number of a length") != 1.0:
+        raise not_read(f"{name}[{number(at):g}]", "an offset of another length of the tool than length 1")
+    words.named["TOFFL"] = mode, value
+
+
 def _speed_of_cut(motions: Motions, words: Words, name: str, at: Scalar, mode: str, value: float) -> None:
     """SVC[n]=: the cutting speed of the tool of a spindle."""
     if round(number(at, "the number of a spindle")) == motions.master:
@@ -361,6 +370,7 @@ INDEXED: dict[str, Callable[[Motions, Words, str, Scalar, str, float], None]] = 
     "G": _of_group,
     **dict.fromkeys(("SPOS", "SPOSA"), _spindle_place),
     "SVC": _speed_of_cut,
+    "TOFFL": _length_offset,
     **dict.fromkeys(
         ("ACC", "FL", "OVRA", "VELOLIM", "ACCLIM", "JERKLIM", "VELOLIMA", "ACCLIMA", "JERKLIMA"),
         _limit,
@@ -375,10 +385,9 @@ INDEXED: dict[str, Callable[[Motions, Words, str, Scalar, str, float], None]] = 
 def take_edge(motions: Motions) -> None:
     """Put the length of the tool in force, or with D0 none."""
     ip = motions.ip
-    if motions.edge > 1:
-        motions.ip.note(
-            "tool-edge", f"D{motions.edge} is read as D1: the tool table has one edge of each tool", "D"
-        )
+    if motions.edge and not motions.store.tools.take(ip.state.tool, motions.edge):
+        message = f"D{motions.edge} is read as D1: the tool table has one edge of each tool"
+        ip.note("tool-edge", message, "D", f"$TC_DP3[{ip.state.tool},{motions.edge}]= describes it")
     if ip.state.length_code == frames.FOLLOWED:
         tool_point.begin(ip, table_offset(ip, ip.state.tool)[2] if motions.edge and ip.state.tool else 0.0)
     else:
@@ -475,6 +484,37 @@ _SWITCHES: dict[str, Callable[[Motions], None]] = {
 }
 
 
+def _set_actual(motions: Motions, name: str, values: list[Scalar | None]) -> None:
+    """PRESETON(X,0,C,90): axes get other machine coordinates where they stand, which all coordinates of theirs count from; SUPA alone does not.
+
+    Source: NCXchange, "SINUMERIK 840D and 840D sl", sections 2 and 3.
+    """
+    ip = motions.ip
+    offset, preset = ip.state.g92.copy(), dict(motions.store.preset)
+    turned = bool(ip.state.rotation) or ip.state.length_code == frames.FOLLOWED or ip.rewrite is not None
+    for axis, value in zip(values[::2], values[1::2], strict=False):
+        letter, wanted = _axis_name(name, axis if axis is not None else 0.0).lower(), number(value or 0.0)
+        column = AXIS_INDEX[letter]
+        diameter = letter == "x" and "G9" in motions.diameter and wanted != 0.0
+        if ip.state.compensation != 40 or diameter or (turned and column < 3):
+            what = (
+                "under G41 or G42"
+                if ip.state.compensation != 40
+                else "of a diameter"
+                if diameter
+                else "in a turned system"
+            )
+            raise not_read(f"{name} {what}", "another position of an axis")
+        delta = ip.machine_position()[column] - preset.get(letter, 0.0) - wanted
+        offset[column] += delta
+        preset[letter] = preset.get(letter, 0.0) + delta
+    if not values or len(values) % 2:
+        message = f"{name} has no axis, or one without a position"
+        raise BlockError("sub-arguments", message, name, hint="PRESETON(C,0) makes 0 of where C stands")
+    motions.store.preset = preset
+    set_g92(ip, offset)
+
+
 def _message(motions: Motions, name: str, values: list[Scalar | None]) -> None:
     """MSG("..."): show a text."""
     text = "" if not values or values[0] is None else str(values[0])
@@ -558,6 +598,7 @@ CALLS: dict[str, Callable[[Motions, str, list[Scalar | None]], None]] = {
     "SETINT": _interrupt,
     "FGROUP": _path_axes,
     "SCC": _surface_axis,
+    **dict.fromkeys(("PRESETON", "PRESETONS"), _set_actual),
     "SPLINEPATH": _spline_axes,
     "GEOAX": _geometry_axes,
     **measuring.CYCLES,

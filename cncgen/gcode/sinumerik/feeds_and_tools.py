@@ -10,7 +10,7 @@ from cncgen.gcode.block import Block
 from cncgen.gcode.codes.spindle import turns_a_minute
 from cncgen.gcode.codes.subprograms import of_builder
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.sinumerik import commands
+from cncgen.gcode.sinumerik import commands, g_functions
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions, Words
@@ -58,12 +58,37 @@ def modal_values(motions: Motions, words: Words) -> None:
         if value != motions.allowance and motions.ip.state.compensation != 40:
             raise commands.not_read("OFFN", "an allowance that changes while compensation is on")
         motions.allowance = value
+    if commands.TOOL_OFFSETS.keys() & words.named.keys():
+        _add_to_tool(motions, words)
+
+
+def _add_to_tool(motions: Motions, words: Words) -> None:
+    """TOFFL=, TOFFR= and TOFFLR= add to length 1, the radius or both of the tool in the spindle, until they are 0 (SINUMERIK ONE, NC
+    programming, 12/2019, p. 88). Whether another tool or edge ends that no text says."""
+    tools = motions.store.tools
+    before = tools.added
+    for name in [name for name in words.named if name in commands.TOOL_OFFSETS]:
+        value = words.named.pop(name)[1]
+        length, radius = (
+            value if changes else old
+            for old, changes in zip(tools.added, commands.TOOL_OFFSETS[name], strict=True)
+        )
+        tools.added = length, radius
+    if tools.added[1] != before[1] and motions.ip.state.compensation != 40:
+        raise commands.not_read("TOFFR", "a radius that changes while compensation is on")
+    if any(tools.added) and not (motions.ip.state.tool and motions.edge):
+        raise commands.not_read(
+            "TOFFL or TOFFR without a tool, or with D0", "an offset beside the tool's data"
+        )
+    if tools.added != before:
+        commands.take_edge(motions)
 
 
 def take(motions: Motions, words: Words) -> None:
     """Take F, S, T, D."""
     _take_tool_name(motions, words)
-    feed = words.named.pop("F", None) if 4 not in words.g else None
+    other = 4 in words.g or motions.motion in g_functions.VARYING_LEADS
+    feed = None if other else words.named.pop("F", None)
     if "FZ" in words.named:
         feed = "", _feed_of_teeth(motions, words.named.pop("FZ")[1])
     out: dict[str, float] = {} if feed is None else {"f": feed[1] * motions.feed_scale * motions.override}
@@ -77,6 +102,10 @@ def take(motions: Motions, words: Words) -> None:
         out["t"] = tool[1]
     cut = words.named.pop("SVC", None)
     changes = 6 in words.m
+    if any(motions.store.tools.added) and (changes or tool is not None or "D" in words.named):
+        raise commands.not_read(
+            "T or D behind TOFFL or TOFFR", "an offset for another tool; TOFFL=0 and TOFFR=0 end it before"
+        )
     if out or changes:
         motions.emit(out, (), (60,) if changes else ())
     if tool is not None and motions.turret and motions.ip.state.plane != 18:

@@ -1,4 +1,4 @@
-"""G functions of SINUMERIK: modes, origins and poles, paths, and those that move: G33, G331, G332, G74, G75."""
+"""G functions of SINUMERIK: modes, origins and poles, paths, and those that move: G33 to G35, G331, G332, G74, G75."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 from cncgen.gcode.block import AXES, AXIS_INDEX
 from cncgen.gcode.codes.compensated_sink import CompensatedSink
+from cncgen.gcode.codes.lathe_fanuc import turns_of_varying_lead
 from cncgen.gcode.codes.turning_profiles import Recorder
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.sinumerik import commands
 from cncgen.gcode.sinumerik.frame_variables import use_origin
 from cncgen.units import INCH
@@ -23,8 +24,7 @@ _SIDES = {140: 2, 141: 1, 142: -1, 143: 0}
 _SURFACE = (96, 97, 961, 962, 971, 972, 973)
 _FEED_MODES = (93, 94, 95)
 _NOT_READ = {
-    291: "the ISO dialect (--dialect fanuc reads it)", 34: "threads of growing lead", 35: "threads of falling lead",
-    5: "inclined plunge", 7: "inclined plunge", 931: "the feed as a time",
+    291: "the ISO dialect (--dialect fanuc reads it)", 5: "inclined plunge", 7: "inclined plunge", 931: "the feed as a time",
     942: "frozen feed", 952: "frozen feed",
 }  # fmt: skip
 
@@ -222,8 +222,12 @@ def tolerance(motions: Motions, words: Words) -> None:
 
 def home(motions: Motions, words: Words) -> None:
     """G74 to the reference point, G75 to the fixed point, of the axes named."""
-    code = 280 if 74 in words.g else 300
+    code, name = (280, "G74") if 74 in words.g else (300, "G75")
     motions.settle()
+    message = f"{name} goes to a point of the machine, and cutter compensation is on"
+    refuse(
+        name, (motions.ip.state.compensation != 40, "comp-refused", message, "G40 and a straight move end it")
+    )
     position = motions.ip.state.position
     if words.named.pop("FP", ("", 1.0))[1] != 1.0:
         message = "where fixed points beyond the first lie is not known"
@@ -235,12 +239,17 @@ def home(motions: Motions, words: Words) -> None:
         motions.emit(axes, (code,))
 
 
+#: Threads whose lead changes by F, and which way.
+VARYING_LEADS = {"G34": 1.0, "G35": -1.0}
 #: Words of leads, and their axes.
 _LEADS = {"I": "x", "J": "y", "K": "z"}
 
 
 def thread(motions: Motions, words: Words, given: dict[str, float]) -> None:
-    """G33, G331 and G332: a line in step with the spindle, I, J or K a revolution along X, Y or Z."""
+    """G33 to G35, G331 and G332: a line in step with the spindle, I, J or K a revolution along X, Y or Z.
+
+    That of G34 grows by F each revolution, that of G35 falls.
+    """
     leads = {name: abs(words.named.pop(name)[1]) for name in _LEADS if name in words.named}
     here = motions.ip.state.position
     ways = {
@@ -258,8 +267,19 @@ def thread(motions: Motions, words: Words, given: dict[str, float]) -> None:
         hint = "I is the lead along X, J along Y, K along Z"
         raise BlockError("pitch-missing", message, name, hint=hint)
     words.named.pop("SF", None)
+    slant = length / along if length else 1.0
     if motions.motion == "G33":
-        motions.emit({**given, "k": lead * (length / along if length else 1.0)}, (330,))
+        motions.emit({**given, "k": lead * slant}, (330,))
+        return
+    if motions.motion in VARYING_LEADS:
+        growth = VARYING_LEADS[motions.motion] * words.named.pop("F", ("", 0.0))[1]
+        if not growth:
+            message, hint = f"{motions.motion} has no change F of the lead", "G33 has one lead"
+            raise BlockError("pitch-missing", message, motions.motion, hint=hint)
+        begin = {axis: here[AXIS_INDEX[axis]] for axis in given}
+        for share, turn in turns_of_varying_lead(motions.motion, "F", lead, growth, along):
+            place = {axis: begin[axis] + share * (end - begin[axis]) for axis, end in given.items()}
+            motions.emit({**place, "k": turn * slant}, (330,))
         return
     # Rigid tapping runs in and, by G332, out again, each at lead times speed.
     ip = motions.ip

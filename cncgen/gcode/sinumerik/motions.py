@@ -52,7 +52,7 @@ _OF_X = {"DAC": 0.5, "DIC": 0.5, "RAC": 1.0, "RIC": 1.0}
 _UNREAD_MODES = ("CAC", "CIC", "CDC", "CACP", "CACN", "QU", "HF")
 _STEPS = ("IC", "DIC", "RIC")
 #: Motions: their number among the interpreter's codes; others are worked out here.
-_MOTIONS = {0: "G0", 1: "G1", 2: "G2", 3: "G3", 33: "G33", 331: "G331", 332: "G332"}
+_MOTIONS = {0: "G0", 1: "G1", 2: "G2", 3: "G3", 33: "G33", 34: "G34", 35: "G35", 331: "G331", 332: "G332"}
 _PLAIN = {"G0": 0, "G1": 10, "G2": 20, "G3": 30}
 #: Words that mean nothing where nothing uses them, as the feed of a corner in a block without one.
 _IDLE = frozenset(
@@ -110,7 +110,7 @@ class Motions:
     """The state that SINUMERIK keeps from block to block, on an interpreter that is always in G90.
 
     Attributes:
-        motion: The motion in force: ``G0`` … ``G3``, ``G33``, ``CT``, ``CIP``, ``ASPLINE``, ``CSPLINE``, ``BSPLINE``, ``POLY``.
+        motion: The motion in force: ``G0`` … ``G3``, ``G33`` to ``G35``, ``CT``, ``CIP``, ``ASPLINE``, ``CSPLINE``, ``BSPLINE``, ``POLY``.
         pole: Pole of polar coordinates in the plane.
         polar: Last radius and angle (degrees) of polar words.
         rounding: RNDM. corner_feed: FRCM, 0 where corners have the feed of the contour.
@@ -608,9 +608,19 @@ class Motions:
         if not self.absolute and any(mode == "" for mode, _ in words.axes.values()):
             message = "machine coordinates are absolute, and G91 is in force"
             raise BlockError("g53-motion", message, hint="use G90, or AC()")
-        out = {axis.lower(): value * self.scale(axis) for axis, (_, value) in words.axes.items()}
+        preset = {} if "SUPA" in words.commands else self.store.preset
+        now, length = self.ip.machine_position(), self.ip.state.offsets()[3]
+        out = dict[str, float]()
+        for axis, (mode, value) in words.axes.items():
+            letter, column = axis.lower(), AXIS_INDEX[axis.lower()]
+            here = now[column] - length[column] - preset.get(letter, 0.0)
+            step = mode in _STEPS
+            out[letter] = (
+                here + value * self.scale(axis, mode)
+                if step
+                else self._coordinate(axis, mode or "AC", value, here)
+            )
         words.axes.clear()
-        length = self.ip.state.offsets()[3]
         kept = next((axis for axis in out if length[AXIS_INDEX[axis]]), "")
         if kept:
             place, size = out[kept], length[AXIS_INDEX[kept]]
@@ -618,7 +628,7 @@ class Motions:
             hint = "D0 in the block ends it; with machine data 10760 = 1 the axis goes to where the word says"
             self.ip.warn_once("machine-length", message, kept.upper(), hint)
         self.emit(
-            {axis: value + length[AXIS_INDEX[axis]] for axis, value in out.items()},
+            {axis: value + length[AXIS_INDEX[axis]] + preset.get(axis, 0.0) for axis, value in out.items()},
             (530, 0 if self.motion == "G0" else 10),
         )
 

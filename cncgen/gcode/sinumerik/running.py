@@ -53,6 +53,7 @@ class SinumerikRunner(LanguageRun[Program]):
         self.motions = Motions(self.ip, self.store, self._begin_call, self._contour)
         self.store.in_force = partial(commands.in_force, self.motions)
         self.store.calls_modally = lambda: self.motions.modal is not None
+        self.store.in_diameters = lambda: "G9" in self.motions.diameter
         #: The subprogram that MCALL runs.
         self._modal: Frame | None = None
         #: Lines of WHILE whose round waits for a signal.

@@ -1,6 +1,6 @@
 """Tools by system variables of SINUMERIK: $TC_DPn[t,d], the data of edge d of tool t (840D sl, Tools, "Tool edge data").
 
-Edge 1 alone is kept, as the tool table has one edge of each tool.
+The tool table has one edge of each tool: the one that D takes, if the program describes it, and what TOFFL and TOFFR add to that.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinumerik.expressions import Scalar, number
 from cncgen.machine.tool_table import Tool
+from cncgen.records import replace
 
 _DATA = re.compile(r"\$TC_DP(\d{1,4})\Z")
 #: Position of the edge, length 1, length 2, radius; and the wear of lengths and radius.
@@ -26,14 +27,13 @@ def names(name: str) -> bool:
     return name.startswith("$TC_")
 
 
-def _index(name: str, at: list[Scalar]) -> tuple[int, int]:
-    """Return the number of a tool's datum and the tool."""
+def _index(name: str, at: list[Scalar]) -> tuple[int, int, int]:
+    """Return the number of a tool's datum, the tool and its edge."""
     found = _DATA.match(name)
     if found is None or not 1 <= len(at) <= 2:
         message = f"the system variable {name} is not read"
         raise BlockError("variable-unknown", message, name, hint="$TC_DP3[1,1] is length 1 of tool 1")
-    edge = round(number(at[1])) if len(at) == 2 else 1
-    return int(found[1]) if edge == 1 else 0, round(number(at[0]))
+    return int(found[1]), round(number(at[0])), round(number(at[1])) if len(at) == 2 else 1
 
 
 class ToolData:
@@ -46,6 +46,37 @@ class ToolData:
         self._lathes: dict[int, bool] = {}
         #: Teeth of tools, by which FZ is multiplied.
         self.teeth: dict[int, float] = {}
+        #: Edges of tools that have several, or one to which something is added, by tool and D.
+        self._edges: dict[tuple[int, int], Tool] = {}
+        #: The edge in force.
+        self.edge = 1
+        #: What TOFFL adds to the length of the tool in the spindle and TOFFR to its radius, in program units.
+        self.added = (0.0, 0.0)
+
+    def take(self, tool: int, edge: int) -> bool:
+        """Have an edge in the tool table, with what is added to it; tell whether the program or the table describes it."""
+        record, self.edge = self._edges.get((tool, edge)), edge
+        if record is None and edge > 1:
+            self.take(tool, 1)
+            return False
+        if any(self.added):
+            record = self._edge(tool, edge)
+            length, radius = (value / self.ip.table_scale() for value in self.added)
+            column = self._column(tool, _LENGTH_1)
+            offset = [size + length * (k == column) for k, size in enumerate(record.offset)]
+            record = replace(record, offset=offset, diameter=record.diameter + 2.0 * radius)
+        if record is not None:
+            self.ip.tools.tools[tool] = record
+        return True
+
+    def _edge(self, tool: int, edge: int) -> Tool:
+        """Return an edge to be changed; the first one is that of the tool table."""
+        first = self._edges.get((tool, 1)) or self.ip.tools.made(tool)
+        if edge == 1 and not any(self.added):
+            return first
+        self._edges[tool, 1] = first
+        made = Tool(tool, first.pocket, remark=first.remark)
+        return self._edges.setdefault((tool, edge), made)
 
     def _column(self, tool: int, datum: int) -> int:
         """Return the axis of a length, the same one whatever plane is chosen later."""
@@ -63,7 +94,7 @@ class ToolData:
         if not _DATA.match(name):
             self._pass_over(name)
             return
-        datum, number_ = _index(name, at)
+        datum, number_, edge = _index(name, at)
         if datum == _TYPE:
             self._types[number_] = round(value)
             return
@@ -71,7 +102,7 @@ class ToolData:
             if value:
                 self._pass_over(name)
             return
-        tool = self.ip.tools.made(number_)
+        tool = self._edge(number_, edge)
         if datum == _ORIENTATION:
             tool.orientation = round(value)
             return
@@ -95,13 +126,14 @@ class ToolData:
         return tool.diameter / 2.0 if datum == _RADIUS else tool.offset[self._column(number_, datum)]
 
     def _pass_over(self, name: str) -> None:
-        message = f"{name} and other data of tools change nothing here: lengths, radius and position of edge 1 are kept"
+        message = f"{name} and other data of tools change nothing here: lengths, radius and position of an edge are kept"
         self.ip.note_once("tool-edge", message, name, "$TC_DP2, 3, 4, 6 and their wear are read")
 
     def value(self, name: str, at: list[Scalar]) -> float:
         """Return a datum of a tool."""
-        datum, number_ = _index(name, at)
-        tool = self.ip.tools.find(number_)
+        datum, number_, edge = _index(name, at)
+        first = self.ip.tools.find(number_) if edge == 1 else None
+        tool = self._edges.get((number_, edge)) or first
         if datum == _TYPE:
             return float(self._types.get(number_, 0))
         if datum not in (_ORIENTATION, _LENGTH_1, _LENGTH_2, _RADIUS, *_WEAR) or tool is None:

@@ -70,11 +70,15 @@ class Store:
     def __init__(self, ip: Interpreter) -> None:
         self.ip = ip
         self.tools = tool_data.ToolData(ip)
+        #: How far machine coordinates 0 have gone by PRESETON, by axis.
+        self.preset: dict[str, float] = {}
         #: Whether a text is the name of a program that is found (ISFILE).
         self.is_file: Callable[[str], bool] = lambda name: False
         #: The place in its group of the G function in force ($P_GG), and whether MCALL calls ($P_MC).
         self.in_force: Callable[[int], float] = float
         self.calls_modally: Callable[[], bool] = bool
+        #: Whether X is a diameter.
+        self.in_diameters: Callable[[], bool] = bool
         self.r = array("d", bytes(8 * (MOST_R + 1)))
         self.scopes: list[dict[str, Variable]] = [{}]
         #: Where the last motion with MEAS ended, in the program's coordinates and in the machine's.
@@ -229,9 +233,12 @@ class Store:
         """Return a system variable that has one index, None where it is none of those."""
         state, axis = self.ip.state, AXIS_INDEX.get(str(index).lower())
         if name in _PLACES and axis is not None:
-            return (state.position if _PLACES[name] == "program" else self.ip.machine_position())[axis]
+            if _PLACES[name] == "program":
+                return self._seen(name, axis, state.position[axis])
+            return self.ip.machine_position()[axis] - self.preset.get(str(index).lower(), 0.0)
         if name in measuring.PLACES and axis is not None and self.touched is not None:
-            return self.touched[measuring.PLACES[name]][axis]
+            place = self.touched[measuring.PLACES[name]][axis]
+            return place if measuring.PLACES[name] else self._seen(name, axis, place)
         if name == measuring.SWITCHED:
             return float(self.touched is not None)
         if name in _INPUTS or name in _OUTPUTS:
@@ -243,8 +250,19 @@ class Store:
         if name == "$P_GG":
             return self.in_force(round(number(index, "the number of a group")))
         if name == "$P_AD":
-            return self.tools.value(f"$TC_DP{round(number(index))}", [float(state.tool)])
+            return self.tools.value(
+                f"$TC_DP{round(number(index))}", [float(state.tool), float(self.tools.edge)]
+            )
         return None
+
+    def _seen(self, name: str, axis: int, place: float) -> float:
+        """Return a place in the workpiece as words of its axis say it: of X a diameter where X words are."""
+        if axis or not place or not self.in_diameters():
+            return place
+        message = f"{name}[X] is read as the diameter {2.0 * place:g}, as words of X are, not as the radius"
+        hint = "so an X that is read and written back is the same; DIAMOF before it reads the radius"
+        self.ip.warn_once("diameter-doubtful", message, name, hint)
+        return 2.0 * place
 
     def _signal(self, name: str, index: Scalar) -> Scalar:
         """Return an input of the machine, or what the program has set of an output or of the data of the PLC."""
