@@ -4,16 +4,28 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.units import AXIS_LETTERS
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from typing import Any, TypeGuard, TypeVar
 
     _T = TypeVar("_T")
+    _Function = TypeVar("_Function", bound=Callable[..., Any])
+
+#: Words for types of annotations.
+_WORDS = {
+    "str": "a text",
+    "bool": "True or False",
+    "PlanOptions": "cncgen.PlanOptions",
+    "ReadOptions": "cncgen.ReadOptions",
+}
+#: Types whose values are looked at where they are used: numbers by their range, files as they are opened, containers by their elements.
+_LATER = {"Any", "float", "int", "PathLike", "Path", "Iterable", "Sequence", "Mapping", "tuple"}
 
 
 def wrong(message: str, hint: str = "") -> UsageError:
@@ -30,6 +42,53 @@ def expect(value: Any, kinds: type | tuple[type, ...], name: str, wanted: str, h
     if not isinstance(value, kinds):
         raise wrong(f"{name} is of type {type(value).__name__}; it is to be {wanted}", hint)
     return value
+
+
+def declared(function: _Function) -> _Function:
+    """Let a function refuse texts, truth values and records that its annotations do not allow, before it runs.
+
+    The function itself looks at numbers, files and containers: it knows what they are for.
+    """
+    import functools
+
+    code = function.__code__
+    positional, all_of_them = code.co_argcount, code.co_argcount + code.co_kwonlyargcount
+    names, annotations = code.co_varnames[:all_of_them], function.__annotations__
+
+    @functools.wraps(function)
+    def checked(*given: Any, **named: Any) -> Any:
+        values = dict(zip(names[:positional], given, strict=False)) | named
+        faults = mistyped({name: values[name] for name in names if name in values}, annotations)
+        if faults:
+            raise UsageError(faults)
+        return function(*given, **named)
+
+    return checked  # type: ignore[return-value]
+
+
+def mistyped(values: Mapping[str, Any], annotations: Mapping[str, str]) -> list[Diagnostic]:
+    """Return a fault of each value that is of no type of the annotation under its name; see `declared`.
+
+    Types are told by their names: those of records are not imported for it.
+    """
+    faults = []
+    for name, value in values.items():
+        types = _types(annotations[name])
+        known = {"None" if kind is type(None) else kind.__name__ for kind in type(value).__mro__}
+        if known.isdisjoint(types) and _LATER.isdisjoint(types):
+            wanted = " or ".join(_WORDS.get(kind, kind) for kind in types)
+            message = f"{name} is of type {type(value).__name__}; it is to be {wanted}"
+            faults.append(Diagnostic("argument", message))
+    return faults
+
+
+def _types(annotation: str) -> list[str]:
+    """Return the names of the types of an annotation, without their modules and parameters."""
+    depth, plain = 0, ""
+    for sign in annotation:
+        depth += (sign == "[") - (sign == "]")
+        plain += sign if depth == 0 and sign != "]" else ""
+    return [kind.strip().rpartition(".")[2] for kind in plain.split("|")]
 
 
 def expect_path(value: Any, name: str, wanted: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -88,3 +89,22 @@ def test_the_harness_finds_what_is_wrong() -> None:
     assert [each.data for each in findings] == inputs[1:]
     kinds = [each.kind.split()[0] for each in findings]
     assert kinds == ["KeyError", "RuntimeWarning", "a", "the"]
+
+
+def test_an_input_that_sleeps_is_ended_and_told_with_its_stack(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A child that waits takes no processor time: one waited until the test's own limit, and nobody saw for what."""
+    lock = threading.Lock()
+    lock.acquire()
+
+    def waits(data: bytes) -> None:
+        if data == b"waits":
+            lock.acquire()
+
+    monkeypatch.setattr(doors, "CLOCK_SECONDS", 1.0)
+    door = doors.Door(lambda: [b""], lambda rng, data, seeds: data, waits)
+    inputs = [b"fine", b"waits", b"fine"]
+    findings = [each for _, found in doors.batches("any", door, inputs) for each in found]
+    assert [(each.data, each.kind) for each in findings] == [
+        (b"waits", "the process ends: an input ran for 1 s by the clock")
+    ]
+    assert "in waits" in findings[0].said

@@ -28,6 +28,7 @@ import random
 import re
 import resource
 import secrets
+import select
 import shutil
 import signal
 import sys
@@ -60,6 +61,8 @@ MEMORY = 2**30
 BATCH, LARGEST_BATCH = 25, 10_000
 #: Processor time that the inputs of one process take, s.
 BATCH_SECONDS = 5.0
+#: Time by the clock of one input: threads that wait for one another take no processor time, which the other bounds count.
+CLOCK_SECONDS = 150.0
 #: Modules that inputs need, imported once, before processes are forked.
 MODULES = (
     "cncgen.pipeline", "cncgen.planner.least_time.strategy", "cncgen.planner.smoothing.stream", "cncgen.gcode", "cncgen.stepnc",
@@ -561,7 +564,7 @@ def batch(name: str, door: Door, data: list[bytes]) -> tuple[int, list[Finding]]
                 traceback.print_exc()
             finally:
                 os._exit(1)  # nothing of the parent is unwound here
-        _, status = os.waitpid(child, 0)
+        asleep, status = _awaited(child, shared)
         ran = int.from_bytes(shared[:8], "little")
         found.seek(0)
         entries = [
@@ -571,11 +574,32 @@ def batch(name: str, door: Door, data: list[bytes]) -> tuple[int, list[Finding]]
         if status != 0:
             signalled = os.WIFSIGNALED(status)
             how = f"signal {os.WTERMSIG(status)}" if signalled else f"exit {os.WEXITSTATUS(status)}"
+            how = f"an input ran for {CLOCK_SECONDS:.0f} s by the clock" if asleep else how
             errors.seek(0)
-            said = errors.read()[-2000:].decode("utf-8", "replace")
+            said = errors.read()[-6000:].decode("utf-8", "replace")
             findings.append(Finding(name, f"the process ends: {how}", said, data[min(ran, len(data) - 1)]))
             ran += 1
     return ran, findings
+
+
+def _awaited(child: int, shared: mmap.mmap) -> tuple[bool, int]:
+    """Wait for the end of a child, which has the stacks of its threads written and is ended where an input takes too long by the clock.
+
+    Returns:
+        Whether that was so, and the status of the child.
+    """
+    handle = os.pidfd_open(child)
+    try:
+        at, since = shared[:8], time.monotonic()
+        while not select.select([handle], [], [], 1.0)[0]:
+            if shared[:8] != at:
+                at, since = shared[:8], time.monotonic()
+            if time.monotonic() - since > CLOCK_SECONDS:
+                os.kill(child, signal.SIGABRT)  # `faulthandler` writes the stacks
+                return True, os.waitpid(child, 0)[1]
+        return False, os.waitpid(child, 0)[1]
+    finally:
+        os.close(handle)
 
 
 def batches(name: str, door: Door, data: list[bytes]) -> Iterator[tuple[int, list[Finding]]]:
@@ -596,6 +620,7 @@ def tested(name: str) -> list[Finding]:
 def _child(door: Door, data: list[bytes], shared: mmap.mmap, found: int, errors: int) -> None:
     """Run inputs one after another, tell of each that it begins, and end the process."""
     os.dup2(errors, 2)
+    faulthandler.enable(errors)
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)
     done = 0

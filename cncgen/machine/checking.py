@@ -11,6 +11,8 @@ from cncgen.machine.drives import drive_faults, drive_table
 from cncgen.machine.plausible import new_doubts, tell
 from cncgen.machine.reading import AXIS_LIMITS, TOP_NUMBERS, NumberKey
 from cncgen.machine.record import Axis, Machine, Servo
+from cncgen.machine.settings_schema import TABLES
+from cncgen.machine.settings_schema import faults as table_faults
 from cncgen.units import AXIS_LETTERS, file_unit, to_file
 
 #: Numbers that a machine need not have.
@@ -63,6 +65,9 @@ def _faults(machine: Machine) -> Iterator[str]:
             yield from _of_number(name, value, 1.0, what, "")
     if not isinstance(machine.name, str):
         yield f"name is {machine.name!r}; it is to be a text"
+    if not isinstance(machine.settings, Mapping):
+        yield f"settings is a {type(machine.settings).__name__}; it is to be a mapping of names to tables"
+        return
     if not isinstance(machine.axes, Mapping):
         yield f"axes is a {type(machine.axes).__name__}; it is to be a mapping of letters to cncgen.machine.Axis"
         return
@@ -75,6 +80,12 @@ def _faults(machine: Machine) -> Iterator[str]:
             yield f"axis {axis.letter!r} stands under {letter!r}; axes are {' '.join(AXIS_LETTERS)}"
         else:
             yield from _of_axis(axis)
+    for name, table in machine.settings.items():
+        if name not in TABLES or not isinstance(table, Mapping):
+            yield f"settings {name!r}: {table!r}; they are to be tables, by names of {', '.join(TABLES)}"
+            continue
+        for _, key, message, hint in table_faults(name, table):
+            yield f"settings {name}.{key}: {message}{hint and f'; {hint}'}"
 
 
 def _of_axis(axis: Axis) -> Iterator[str]:

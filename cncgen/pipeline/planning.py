@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from cncgen.arguments import expect, expect_fields, expect_path, undrawn
+from cncgen.arguments import declared, expect, expect_fields, expect_path, undrawn
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, RemarkWarning, Span
 from cncgen.pipeline.reading import PLANNED, PREDICTED, read, sound
 from cncgen.shown import html_of
@@ -162,7 +162,7 @@ def asked_for(options: PlanOptions | None, asked: Mapping[str, Any]) -> PlanOpti
     """Return options in which the fields that are given as keywords are replaced.
 
     Raises:
-        UsageError: They are not options, or a field is unknown.
+        UsageError: They are not options, or a field is unknown or wrong.
     """
     from cncgen.planner import PlanOptions
 
@@ -170,6 +170,7 @@ def asked_for(options: PlanOptions | None, asked: Mapping[str, Any]) -> PlanOpti
         expect(options, PlanOptions, "options", "cncgen.PlanOptions (or its fields as keywords)")
     expect_fields(PlanOptions, asked)
     how = replace(options or PlanOptions(), **asked)
+    how.check()
     for remark in how.unused():
         warnings.warn(RemarkWarning(remark), stacklevel=3)
     return how
@@ -177,7 +178,7 @@ def asked_for(options: PlanOptions | None, asked: Mapping[str, Any]) -> PlanOpti
 
 def as_read(options: PlanOptions, program: Program) -> PlanOptions:
     """Return options that allow as many steps as those that the program is read with, where they say nothing themselves."""
-    return options if options.max_steps else replace(options, max_steps=program.max_steps)
+    return options if options.max_steps is not None else replace(options, max_steps=program.max_steps)
 
 
 def sound_for(program: Program, options: PlanOptions) -> Iterator[Toolpath]:
@@ -307,6 +308,7 @@ def summary_of(
     return Summary(program, machine, how, line_times, interpolator=options.interpolator, estimate=estimate)
 
 
+@declared
 def plan_with_summary(
     program: Program | str | os.PathLike[str],
     machine: Machine | str | os.PathLike[str] = "generic-mill",

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from types import ModuleType
 
-from cncgen.arguments import expect, expect_fields, expect_path, wrong
+from cncgen.arguments import declared, expect, expect_fields, expect_path, wrong
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, Span, UsageError
 from cncgen.extensions import DIALECT_GROUP, foreign_module, is_brought, part_of
 from cncgen.files import STANDARD, open_input, peeked
@@ -35,6 +35,7 @@ MOTIONS_OF_A_STEP = 10
 _HEAD_BYTES = 4096
 
 
+@declared
 def read(
     source: str | os.PathLike[str],
     *,
@@ -101,6 +102,7 @@ def check(
         diagnostics.extend(program.diagnostics)
 
 
+@declared
 def read_text(
     text: str | bytes,
     name: str = "program",
@@ -165,13 +167,14 @@ def _in_own_dialect(
     """
     if (
         not isinstance(options, ReadOptions)
+        or not isinstance(options.dialect, str)
         or options.dialect in DIALECTS
         or reader.__name__ != _READERS["gcode"]
     ):
         return file, _reading(options)
-    if not is_brought(DIALECT_GROUP, str(options.dialect)):
+    if not is_brought(DIALECT_GROUP, options.dialect):
         return file, _reading(options)
-    module = foreign_module(DIALECT_GROUP, str(options.dialect))
+    module = foreign_module(DIALECT_GROUP, options.dialect)
     base = str(part_of(module, "BASE", "say which dialect it translates to"))
     translated = part_of(module, "translated", "translate programs")
     how = _reading(replace(options, dialect=base))
@@ -233,7 +236,7 @@ def _reader(language: str | None, name: str, head: bytes) -> ModuleType:
         raise UsageError(Diagnostic("setpoints-as-program", text, hint=hint))
     if language is None and (other := other_kind(head)) is not None:
         raise UsageError(Diagnostic("not-a-program", f"{name} is {other[0]}, not a program", hint=other[1]))
-    return reader_of(language or language_of(name, head))
+    return reader_of(language_of(name, head) if language is None else language)
 
 
 def canon(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping, Sequence
 
+from cncgen.arguments import declared
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, Severity, UsageError
 from cncgen.pipeline.reading import _opened, _reading
 from cncgen.toolpath.reading import ReadOptions
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 COARSE_COLUMNS = 250
 
 
+@declared
 def cut(
     source: str | os.PathLike[str],
     *,

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from cncgen.arguments import expect_number, wrong
+from cncgen.arguments import declared, expect, expect_number, wrong
 from cncgen.diagnostics import Diagnostic, Diagnostics, Severity, UsageError
 from cncgen.pipeline.planning import (
     Plan,
@@ -108,6 +108,7 @@ def shown_record(record: Any) -> str:
     return kinds[type(record).__name__](record)
 
 
+@declared
 def viewer(
     result: Plan | Page | Setpoints | Response | Program | str | os.PathLike[str],
     machine: Machine | str | os.PathLike[str] = "generic-mill",
@@ -150,9 +151,11 @@ def viewer(
         page = report_page(result.program, result.machine, result.options).html
     else:
         page = report_page(result, machine, options).html
-    return Viewer(page=page, height=height)
+    return Viewer(page=page, height=int(expect_number(height, "height", 1.0, _HIGHEST)))
 
 
+#: Largest height of a viewer, pixels.
+_HIGHEST = 100_000
 #: Settings that a comparison may name, with the fields of `cncgen.PlanOptions` that they are.
 _SETTINGS = {
     "feedrate": "feedrate",
@@ -205,12 +208,13 @@ def _number(name: str, value: str) -> float:
         raise wrong(f"compare: {name}={value} is not a number of mm") from None
 
 
+@declared
 def report_page(
     program: Program | str | os.PathLike[str],
     machine: Machine | str | os.PathLike[str] = "generic-mill",
     options: PlanOptions | None = None,
     *,
-    compare: Sequence[Variant] = (),
+    compare: Sequence[Variant | str] | str = (),
     with_why: bool = False,
     reference: WantedMotion | None = None,
     shown_part: ShownPart | None = None,
@@ -224,7 +228,7 @@ def report_page(
         program: From `read`, or a file.
         machine: A profile's name, a TOML file, or a machine. Where all axes have servo data, the page has their errors and forces.
         options: How it is planned.
-        compare: Other plans of the same program, shown over this one.
+        compare: Other plans of the same program, or setpoints, shown over this one; texts as of ``--compare``.
         with_why: The page shows the results of `why`; the program is planned several times for them.
         reference: The motion that was wanted; the axes' contour error is given from it too. The whole response is in memory then.
         shown_part: How the part is cut that the page shows. None: of a STEP-NC file its raw piece is, where the file has one.
@@ -243,7 +247,12 @@ def report_page(
     where = machine_of(machine)
     program = program_of(program, where)
     parts, remarks = [], Diagnostics()
-    for variant in (Variant(where.name), *compare):
+    given = (
+        [compare] if isinstance(compare, str) else expect(compare, Iterable, "compare", "plans, in a list")
+    )
+    others = [variant_of(each, options) if isinstance(each, str) else each for each in given]
+    for each in (Variant(where.name), *others):
+        variant: Variant = expect(each, Variant, "what is compared", "a text as of --compare, or a Variant")
         there = where if variant.machine is None else machine_of(variant.machine)
         if variant.setpoints is not None:
             parts.append(_read(variant.setpoints, program, there, variant.label))

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
-from cncgen.arguments import expect, expect_axes, expect_number, expect_path, untouched, wrong
+from cncgen.arguments import declared, expect, expect_axes, expect_number, expect_path, untouched, wrong
 from cncgen.pipeline.planning import (
     Plan,
     as_read,
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 LONGEST_SETTLE_S = 3600.0
 
 
+@declared
 def simulate(
     setpoints: Iterable[Setpoints] | Setpoints | Plan,
     machine: Machine | Mapping[str, Servo] | str | os.PathLike[str],
@@ -86,6 +87,7 @@ def known_axes(machine: Machine | str | os.PathLike[str], servos: Mapping[str, S
     return frozenset(servos) | frozenset(machine.axes)
 
 
+@declared
 def fmu(
     machine: Machine | Mapping[str, Servo] | str | os.PathLike[str],
     *,
@@ -196,6 +198,7 @@ def coupling_of(machine: Machine | Mapping[str, Servo] | str | os.PathLike[str])
     return load_coupling(machine) if isinstance(machine, str | os.PathLike) else {}
 
 
+@declared
 def read_setpoints(
     source: str | os.PathLike[str],
     *,
@@ -225,6 +228,7 @@ def read_setpoints(
         return stream.collect()
 
 
+@declared
 def write(
     setpoints: Iterable[Setpoints] | Setpoints | Plan,
     target: str | os.PathLike[str],
@@ -286,6 +290,7 @@ def _layout_of(
     return Layout(first.axes, first.period_s, tuple(first.signals), about, drives)
 
 
+@declared
 def judge(
     setpoints: Iterable[Setpoints] | Setpoints | Plan,
     program: Program | str | os.PathLike[str],
@@ -329,6 +334,7 @@ def judge(
     )
 
 
+@declared
 def why(
     program: Program | str | os.PathLike[str],
     machine: Machine | str | os.PathLike[str] = "generic-mill",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from cncgen.arguments import expect, is_number
+from cncgen.arguments import expect, is_number, mistyped
 from cncgen.diagnostics import Diagnostic, Severity, UsageError
 from cncgen.machine.checking import check_servos
 from cncgen.machine.record import Servo
@@ -77,6 +77,9 @@ class PlanOptions:
 
     def check(self) -> None:
         """Raise `UsageError` that names every option whose value is not one of those it may have, servo data last."""
+        kinds = PlanOptions.__annotations__
+        if faults := mistyped({name: getattr(self, name) for name in kinds}, kinds):
+            raise UsageError(faults)
         choices = {
             "interpolator": INTERPOLATORS,
             "saturation": SATURATIONS,

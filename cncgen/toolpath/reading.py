@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable
 
 from cncgen import extensions
-from cncgen.arguments import is_number
+from cncgen.arguments import is_number, mistyped
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.records import dataclass, field
 
@@ -82,7 +82,8 @@ class ReadOptions:
 
     def check(self) -> None:
         """Raise `UsageError` that names every option whose value is not one of those it may have."""
-        faults = [
+        kinds = ReadOptions.__annotations__
+        faults = mistyped({name: getattr(self, name) for name in kinds}, kinds) or [
             Diagnostic("option-value", f"{name} = {getattr(self, name)!r} is not {wanted}")
             for names, holds, wanted in _RULES
             for name in names
@@ -93,15 +94,11 @@ class ReadOptions:
 
 
 def _is_count(value: object) -> bool:
-    return hasattr(value, "__index__") and not isinstance(value, bool) and value.__index__() > 0
+    return is_number(value) and hasattr(value, "__index__") and value.__index__() > 0
 
 
 def _is_count_or_none(value: object) -> bool:
     return value is None or _is_count(value)
-
-
-def _is_truth(value: object) -> bool:
-    return isinstance(value, bool)
 
 
 def _is_positive_or_none(value: object) -> bool:
@@ -128,7 +125,6 @@ _RULES: tuple[tuple[tuple[str, ...], Callable[[object], bool], str], ...] = (
     (("spindle_sign",), *_is_of(SPINDLE_SIGNS)),
     (("tool_table", "parameters", "save_parameters"), _is_file_or_none, "the name of a file, or None"),
     (("include",), _are_folders, "a sequence of names of folders"),
-    (("inch_tables", "stand_alone", "tool_tips", "workingsteps", "block_delete"), _is_truth, "True or False"),
     (("max_call_depth", "chunk_rows"), _is_count, "a whole number greater than 0"),
     (("max_steps",), _is_count_or_none, "a whole number greater than 0, or None"),
     (
