@@ -1,8 +1,14 @@
-"""The memory that this process may still take, for sizes that are checked before allocation."""
+"""The memory that this process may still take, for sizes that are checked before allocation, and for threads."""
 
 from __future__ import annotations
 
 import math
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from concurrent.futures import Future, ThreadPoolExecutor
+    from typing import Any
 
 try:
     import resource
@@ -10,6 +16,8 @@ except ImportError:  # Windows has no such bounds
     resource = None  # type: ignore[assignment]
 
 MIB = 2**20
+#: What a thread may take to begin, bytes: its stack of 8 MiB, and blocks of Python's and the system's allocator.
+THREAD = 16 * MIB
 
 
 def taken() -> int:
@@ -43,3 +51,24 @@ def room() -> float:
         return math.inf
     most = resource.getrlimit(resource.RLIMIT_DATA)[0]
     return math.inf if most == resource.RLIM_INFINITY else max(most - taken(), 0)
+
+
+def check_thread() -> None:
+    """Raise `MemoryError` where this process has no room for one more thread.
+
+    `Thread.start` waits until the thread says that it has begun, and waits for ever if the thread ended before, for want of memory.
+    """
+    if (left := min(room(), left_of_addresses())) < THREAD:
+        raise MemoryError(f"a thread needs {THREAD // MIB} MiB to begin, and {left / MIB:.3g} MiB are left")
+
+
+def pool(workers: int, name: str = "") -> ThreadPoolExecutor:
+    """Return a pool of threads, each of which begins only where there is room for it (`check_thread`)."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    class Pool(ThreadPoolExecutor):
+        def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+            check_thread()
+            return super().submit(fn, *args, **kwargs)
+
+    return Pool(workers, name)

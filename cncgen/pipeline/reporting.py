@@ -333,7 +333,7 @@ def _cut(
     if shown_part is None and (program.language != "stepnc" or not os.path.isfile(program.name)):
         return None
     try:
-        return cut(
+        removal = cut(
             program.name,
             stock=how.stock,
             tools=how.tools,
@@ -342,6 +342,9 @@ def _cut(
             options=reading,
             on_lathe=on_lathe,
         )
+        # The page has what is wrong with the cut; what is not cut would look like a part that is.
+        remarks.extend(item for item in removal.findings if item.code == "cut-tool")
+        return removal
     except UsageError as error:
         if shown_part is not None:
             raise

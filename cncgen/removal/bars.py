@@ -65,7 +65,7 @@ class TurnedCutting(CutWalk):
 
     UNKNOWN = "the shape of tool {} is not known"
     UNFIT = "tool {} is one of mills or a drill, and moves beside the axis of the bar"
-    TOOLS = "--tool NAME=turn:NOSE,TRAILING names a turning tool, NAME=groove:WIDTH one for grooves, NAME=drill:D a drill on the axis"
+    TOOLS = "--tool '{0}=turn:NOSE,TRAILING' names a turning tool, {0}=groove:WIDTH one for grooves, {0}=drill:D a drill on the axis"
 
     def __init__(
         self,

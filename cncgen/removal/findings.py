@@ -196,7 +196,7 @@ class Findings:
                 text = f"{_TEXTS[code]} in {count - MAX_TOLD} more lines"
                 first.append(Diagnostic(code, text, _severity(code), Span(self.name, 1)))
         for (name, why), (line, hint) in self._unknown.items():
-            text = f"{why.format(repr(name))}; its motions are left out"
+            text, hint = f"{why.format(repr(name))}; its motions are left out", hint.format(name)
             first.append(Diagnostic("cut-tool", text, Severity.WARNING, Span(self.name, line), hint=hint))
         self.found[:0] = first
 

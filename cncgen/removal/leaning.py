@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +26,7 @@ from cncgen.removal.record import (
 from cncgen.removal.sweeps import Lines, Poses, leaning_lines_of
 from cncgen.removal.targets import MeshTarget
 from cncgen.removal.walk import CutWalk
+from cncgen.room import pool
 from cncgen.toolpath.record import Event, Toolpath
 
 Floats = NDArray[np.float64]
@@ -160,9 +160,11 @@ class LeaningCutting(CutWalk):
         margins[:, 1] = LEVEL + np.where(lines.turning, TURN_CELLS * stock.cell, 0.0)
         out = np.zeros((count, kernel.COLUMNS))
         out[:, 10] = -np.inf
-        with ThreadPoolExecutor(3) as pool:
+        with pool(3) as threads:
             fields = list(
-                pool.map(lambda axis: self._field_swept(axis, lines, nearest, tool, margins, dry), range(3))
+                threads.map(
+                    lambda axis: self._field_swept(axis, lines, nearest, tool, margins, dry), range(3)
+                )
             )
         for axis, made in enumerate(fields):
             told = nearest == axis

@@ -42,7 +42,7 @@ class CutWalk(ABC):
     #: What is said of a tool that is not known, and of one that cannot cut here; and how to name those that can.
     UNKNOWN = "the diameter of tool {} is not known"
     UNFIT = "tool {} is for lathes, and the program does not turn its work"
-    TOOLS = "--tool NAME=flat:D names it (on a lathe NAME=turn:NOSE,TRAILING), or a tool table with diameters"
+    TOOLS = "--tool '{0}=flat:D' names it (on a lathe {0}=turn:NOSE,TRAILING), or a tool table with diameters"
 
     def __init__(self, name: str, cutters: Mapping[str, Cutter | Insert] | None) -> None:
         self.name = name
@@ -123,7 +123,7 @@ class CutWalk(ABC):
         met = None if cutter is None else self._cut(lines, cutter, operation)
         if cutter is None or met is None:
             why = self.UNKNOWN if cutter is None else self.UNFIT
-            self.findings.no_tool(state.tool, lines, why, self.TOOLS)
+            self.findings.no_tool(state.tool or "*", lines, why, self.TOOLS)
             return
         self.findings.judge(
             lines, met, operation, cutter, 0 if state.tapping else state.direction, state.tapping

@@ -42,3 +42,12 @@ def test_a_part_is_turned(
     header = re.search(r'<script type="application/json" id="header">(.*?)</script>', page.html, re.S)
     assert header
     assert json.loads(header[1])["parts"][0]["turned"] is turned
+
+
+def test_tools_that_cut_nothing_are_told(tmp_path: Path) -> None:
+    """The page shows the whole stock then, as if the program left it so; only the page's tab said why."""
+    from cncgen.pipeline import ShownPart
+
+    (tmp_path / "a.nc").write_text("G21 G90 G94\nG1 X20 Z-1 F900\nM2\n")
+    page = cncgen.report_page(tmp_path / "a.nc", MILL, shown_part=ShownPart(stock="box:0,-5,-5,20,5,0"))
+    assert "cut-tool" in [found.code for found in page.remarks]

@@ -123,8 +123,9 @@ def test_a_tool_without_a_size_is_told():
         [path_of((-20, 15, 5), line(-20, 15, -3), line(20, 15, -3))], BOX, "t.nc", cell_mm=0.5
     )
     assert codes(out) == ["cut-tool"]
-    assert "NAME=flat:D" in out.findings[0].hint
-    assert "NAME=turn:NOSE,TRAILING" in out.findings[0].hint
+    assert "'*'" in out.findings[0].message  # before the first change of tools: it was called ''
+    assert "--tool '*=flat:D'" in out.findings[0].hint
+    assert "*=turn:NOSE,TRAILING" in out.findings[0].hint
 
 
 def test_gcode_is_cut_with_the_diameters_of_the_tool_table(tmp_path):

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from threading import Semaphore, Thread, current_thread
 from typing import TypeVar
 
+from cncgen.room import check_thread
+
 Item = TypeVar("Item")
 
-#: How long closing waits for the thread, s: it ends with the item that it draws, which may have to wait for input.
+#: How long closing waits for the thread, s: it ends with the item that it draws, which may have to wait for input. So often a
+#: thread that gives nothing is looked at: it may have ended for want of memory, before it could say so.
 _PATIENCE_S = 2.0
 
 
@@ -23,6 +26,9 @@ def prefetch(source: Iterable[Item], depth: int) -> Generator[Item, None, None]:
     Args:
         source: Drawn by that thread alone.
         depth: Items that may wait.
+
+    Raises:
+        MemoryError: There is no room for the thread, or it ended without a word.
     """
     done: SimpleQueue[tuple[Item] | BaseException | None] = SimpleQueue()
     room = Semaphore(depth)
@@ -45,10 +51,16 @@ def prefetch(source: Iterable[Item], depth: int) -> Generator[Item, None, None]:
 
     # A daemon: one that waits for more of its input must not keep the process.
     thread = Thread(target=draw, name="prefetch", daemon=True)
+    check_thread()
     thread.start()
     try:
         while True:
-            got = done.get()
+            try:
+                got = done.get(timeout=_PATIENCE_S)
+            except Empty:
+                if not thread.is_alive() and done.empty():
+                    raise MemoryError("a thread ended before it could say why") from None
+                continue
             if got is None:
                 return
             if isinstance(got, BaseException):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from dataclasses import dataclass
 from functools import partial
 
@@ -20,6 +20,7 @@ from cncgen.planner.tube.tube_nodes import Nodes
 from cncgen.planner.tube.window_judge import holds, joins
 from cncgen.planner.tube.window_problem import Solved
 from cncgen.planner.tube.window_rounds import Rounds, Window
+from cncgen.room import pool
 
 Floats = NDArray[np.float64]
 
@@ -62,7 +63,7 @@ class WindowSearch:
         """Take the rows and the plan along them, what hands on the motions that are found, and the limits."""
         self.program, self.reference, self.hand, self.bounds = program, reference, hand, bounds
         self.units, self.bound, self.share = 0, 0, 0.0
-        self.pool = ThreadPoolExecutor(AHEAD, "tube")
+        self.pool = pool(AHEAD, "tube")
         self.ahead: deque[_Ahead] = deque()
         self.begun: deque[tuple[Rounds, Future[bool]]] = deque()
 

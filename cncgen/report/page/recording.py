@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -20,6 +20,7 @@ from cncgen.machine.record import Machine
 from cncgen.planner.record import Trajectory
 from cncgen.report.page.packed_rows import PackedStream
 from cncgen.report.page.streams import Bands, Blob, RunStream
+from cncgen.room import pool
 from cncgen.setpoints.columns import AXIS_SIGNALS, Layout, file_units, position_column
 from cncgen.setpoints.record import Setpoints
 from cncgen.units import ORDER_NAMES, file_unit, is_rotary, to_file
@@ -68,7 +69,7 @@ class Recording:
         self._events: list[dict[str, Any]] = []
         self.sources: tuple[str, ...] = ()
         self.rows = 0
-        self._writer = ThreadPoolExecutor(1)
+        self._writer = pool(1)
         self._waiting: deque[Future[None]] = deque()
 
     def over_trajectories(self, trajectories: Iterable[Trajectory]) -> Iterator[Trajectory]:

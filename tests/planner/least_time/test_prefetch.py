@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import closing
+from pathlib import Path
+from queue import SimpleQueue
 
 import pytest
 
@@ -92,3 +96,46 @@ def test_dropping_it_half_way_waits_for_its_threads() -> None:
     assert threading.active_count() == before + 2
     del items
     assert threading.active_count() == before
+
+
+#: Plans at the bound of the process's memory; the stack of a thread that has ended is taken again, and nothing else can be had.
+AT_THE_BOUND = """
+import resource, sys
+import cncgen
+from cncgen.room import taken
+
+def planned():
+    cncgen.sample(cncgen.plan(sys.argv[1], "generic-mill")).collect()
+
+planned()
+resource.setrlimit(resource.RLIMIT_DATA, (taken(), taken()))
+try:
+    planned()
+except MemoryError as error:
+    sys.exit("a thread needs 16 MiB to begin" not in str(error))
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is bounded through Linux's resource limits")
+def test_a_thread_without_memory_to_begin_is_not_waited_for() -> None:
+    """`Thread.start` waited for ever: a plan at the bound of its memory slept, and took no processor time that a bound counts."""
+    program = Path(__file__).parents[3] / "programs" / "butterfly.nc"
+    ended = subprocess.run(
+        [sys.executable, "-c", AT_THE_BOUND, str(program)], timeout=60, check=False, capture_output=True
+    )
+    assert ended.returncode == 0, ended.stderr.decode()
+
+
+def test_a_thread_that_ends_without_a_word_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As where there is no memory to say what was wrong; its reader waited for ever."""
+    from cncgen.planner.least_time import prefetch as module
+
+    class Mute(SimpleQueue):  # type: ignore[type-arg]
+        def put(self, *_: object, **__: object) -> None:
+            raise MemoryError
+
+    monkeypatch.setattr(module, "SimpleQueue", Mute)
+    monkeypatch.setattr(module, "_PATIENCE_S", 0.05)
+    monkeypatch.setattr(threading, "excepthook", lambda _: None)
+    with pytest.raises(MemoryError, match="ended before it could say why"):
+        next(prefetch(iter([1]), 1))
