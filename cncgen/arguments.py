@@ -25,7 +25,7 @@ _WORDS = {
     "ReadOptions": "cncgen.ReadOptions",
 }
 #: Types whose values are looked at where they are used: numbers by their range, files as they are opened, containers by their elements.
-_LATER = {"Any", "float", "int", "PathLike", "Path", "Iterable", "Sequence", "Mapping", "tuple"}
+_LATER = {"Any", "Callable", "float", "int", "PathLike", "Path", "Iterable", "Sequence", "Mapping", "tuple"}
 
 
 def wrong(message: str, hint: str = "") -> UsageError:

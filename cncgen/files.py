@@ -68,6 +68,15 @@ def as_utf8(text: bytes) -> bytes:
     return text[WIDE_MARK:].decode(coding, "replace").encode("utf-8", "replace") if coding else text
 
 
+def utf8_of(head: bytes) -> Callable[[bytes], bytes]:
+    """Return what makes UTF-8 of the pieces of a text, of which `head` is the first, one after another; see `as_utf8`."""
+    coding = _WIDE.get(head[:WIDE_MARK])
+    if coding is None:
+        return bytes
+    decoder = codecs.getincrementaldecoder("utf-16")("replace")
+    return lambda piece: decoder.decode(piece).encode("utf-8", "replace")
+
+
 #: Bytes read at a time of a file that has a bound.
 _PIECE = 2**20
 
@@ -98,6 +107,11 @@ def read_bytes(path: str | os.PathLike[str], *, at_most: int | None = None) -> b
             Diagnostic("file-read", f"cannot read {os.fspath(path)}: it is larger than {at_most} bytes")
         )
     return content
+
+
+def read_utf8(path: str | os.PathLike[str], *, at_most: int) -> bytes:
+    """Return the content of a file of text; see `read_bytes`. One of UTF-16, as ``>`` of Windows' PowerShell writes it, comes in UTF-8."""
+    return as_utf8(read_bytes(path, at_most=at_most))
 
 
 def _pieces(file: BinaryIO, most: int) -> Iterator[bytes]:

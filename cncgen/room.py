@@ -8,7 +8,10 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable
     from concurrent.futures import Future, ThreadPoolExecutor
-    from typing import Any
+    from typing import ParamSpec, TypeVar
+
+    _P = ParamSpec("_P")
+    _T = TypeVar("_T")
 
 try:
     import resource
@@ -67,7 +70,7 @@ def pool(workers: int, name: str = "") -> ThreadPoolExecutor:
     from concurrent.futures import ThreadPoolExecutor
 
     class Pool(ThreadPoolExecutor):
-        def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        def submit(self, fn: Callable[_P, _T], /, *args: _P.args, **kwargs: _P.kwargs) -> Future[_T]:
             check_thread()
             return super().submit(fn, *args, **kwargs)
 

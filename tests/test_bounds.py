@@ -174,6 +174,9 @@ def test_warnings_of_libraries_say_nothing_to_a_user(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "0\n"
     assert [line for line in done.stderr.splitlines() if "no errors" not in line] == []
+    code = "import cncgen.report.drawing, logging; logging.getLogger('matplotlib.font_manager').warning('findfont: no cmr10')"
+    drawn = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert drawn.stderr == ""
 
 
 def test_bounds_of_security_are_those_of_the_code() -> None:

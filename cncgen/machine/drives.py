@@ -32,6 +32,7 @@ class DriveKey:
         low, high: Range of a number.
         per_unit: Whether the value is per mm or deg, so that it changes with the unit.
         required: Whether the file must have it.
+        default: What counts where it has not, in words.
     """
 
     name: str
@@ -42,6 +43,7 @@ class DriveKey:
     high: float = 1e12
     per_unit: bool = False
     required: bool = False
+    default: str = "0"
 
     def key(self, letter: str) -> str:
         """Return the key of an axis."""
@@ -73,13 +75,14 @@ KEYS = (
         required=True,
     ),
     DriveKey("offset_counts", "offset", "607Ah at machine zero", "integer", -INT32, INT32),
-    DriveKey("reversed", "reversed", "whether counts fall as the position grows", "flag"),
+    DriveKey("reversed", "reversed", "whether counts fall as the position grows", "flag", default="false"),
     DriveKey(
         "velocity_units_per_{l}_s",
         "velocity_scale",
-        "units of 60B1h a mm/s [default: counts a second]",
+        "units of 60B1h a mm/s",
         low=1e-6,
         per_unit=True,
+        default="counts a second",
     ),
     DriveKey(
         "torque_permille_per_{l}_s2",

@@ -40,7 +40,7 @@ def rows() -> Iterator[Row]:
         for parameter in schema.parameters:
             yield _servo_row(model, parameter)
     for drive_key in DRIVE_KEYS:
-        default = _REQUIRED if drive_key.required else "0"
+        default = _REQUIRED if drive_key.required else drive_key.default
         yield f"axes.x.drive.{drive_key.key('X')}", drive_key.wanted, default, drive_key.about
     for table, keys in TABLES.items():
         for key in keys:

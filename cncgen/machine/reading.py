@@ -185,7 +185,9 @@ def _by_letter(file: TomlFile, table: Mapping[str, Any]) -> dict[str, tuple[str,
         elif not isinstance(content, dict):
             file.fault("machine-type", path, f"{path}: must be a table, is {toml_value_shown(content)}")
         elif letter in found:
-            file.fault("machine-key", path, f"{path}: the axis stands twice, as {key} and as the other case")
+            file.fault(
+                "machine-key", path, f"{path}: the axis stands twice, as {key.lower()} and as {key.upper()}"
+            )
         else:
             found[letter] = path, content
     return found

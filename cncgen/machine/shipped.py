@@ -10,7 +10,7 @@ from typing import Any
 
 from cncgen.arguments import expect_path
 from cncgen.diagnostics import Diagnostic, UsageError
-from cncgen.files import read_bytes
+from cncgen.files import read_utf8
 from cncgen.machine.reading import (
     MAX_BYTES,
     coupling_from_toml,
@@ -86,7 +86,7 @@ def _content(name_or_path: str | os.PathLike[str]) -> tuple[bytes, str]:
         return (_DIRECTORY / f"{text}.toml").read_bytes(), text
     if not (text.endswith(".toml") or os.sep in text or os.path.exists(text)):
         raise _unknown(text)
-    return read_bytes(text, at_most=MAX_BYTES), text
+    return read_utf8(text, at_most=MAX_BYTES), text
 
 
 def _unknown(name: str) -> UsageError:

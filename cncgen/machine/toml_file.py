@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
 import re
 import tomllib
 from datetime import date, datetime, time
@@ -105,10 +104,8 @@ def _encoding_fault(content: bytes, name: str, at: int, code: str) -> Diagnostic
     """Return the diagnostic of a file whose byte `at` is the first that is not UTF-8."""
     before = content[:at].decode("utf-8-sig")
     text = before + content[at:].decode("cp1252", "replace")
-    wide = content[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
-    hint = "is it UTF-16, as PowerShell's > writes it? save it as UTF-8" if wide else "save the file as UTF-8"
     message = f"byte 0x{content[at]:02x} is not UTF-8, which TOML files are"
-    return _fault_at(len(before), text, name, code, message, hint)
+    return _fault_at(len(before), text, name, code, message, "save the file as UTF-8")
 
 
 def _fault_at(at: int, text: str, name: str, code: str, message: str, hint: str = "") -> Diagnostic:
@@ -150,6 +147,7 @@ def _syntax_fault(text: str, name: str, message: str, kind: str) -> Diagnostic:
 
 #: Text before the place of a fault of syntax, text at the place, and the text that is meant.
 _SYNTAX_HINTS = (
+    (r"", r"\0", "is it UTF-16 without its mark? save it as UTF-8"),
     (r"[0-9]$", r",\s*[0-9]", "the decimal sign is a point: 250.0"),
     (r"=\s*$", r"[“”„‘’«]", 'texts stand in straight quotes: name = "mine"'),
     (r"=\s*$", r"[A-Za-z_./\\]", 'texts stand in quotes: name = "mine"; the file is to be TOML, not INI'),

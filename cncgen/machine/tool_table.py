@@ -6,7 +6,7 @@ Programs in G-code name a tool by its number, those in STEP-NC by a name that is
 from __future__ import annotations
 
 from cncgen.diagnostics import Diagnostic, Span, UsageError
-from cncgen.files import read_bytes
+from cncgen.files import read_utf8
 from cncgen.ranges import POSITION
 from cncgen.records import dataclass, field
 from cncgen.units import AXIS_LETTERS, INCH
@@ -139,7 +139,7 @@ def read_tool_table(path: Path) -> ToolTable:
     Raises:
         UsageError: Where it cannot be read or a line is wrong; all of them are named.
     """
-    lines = read_bytes(path, at_most=MAX_FILE_BYTES).decode("utf-8", "replace").splitlines()
+    lines = read_utf8(path, at_most=MAX_FILE_BYTES).decode("utf-8", "replace").splitlines()
     tools: dict[int, Tool] = {}
     faults = []
     for count, line in enumerate(lines, 1):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import logging
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -34,6 +35,9 @@ if TYPE_CHECKING:
     Figures = Iterator[tuple[str, Figure]]
 
 Floats = NDArray[np.float64]
+
+# A cache of fonts that another installation wrote makes twenty lines about fonts which are not missed.
+logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
 
 FORMATS = (".png", ".svg", ".pdf")
 #: Suffixes of files that are not written, so a name with one does not name a folder.

@@ -17,6 +17,7 @@ from cncgen.machine.drives import INT32
 from cncgen.machine.record import Drive
 from cncgen.setpoints.columns import check_finite, position_column
 from cncgen.setpoints.record import Setpoints
+from cncgen.units import file_unit
 
 Floats = NDArray[np.float64]
 
@@ -46,9 +47,10 @@ def drives_of(axes: str, drives: Mapping[str, Drive]) -> list[Drive]:
     missing = [axis for axis in axes if axis not in drives]
     if missing:
         tables = ", ".join(f"[axes.{axis.lower()}.drive]" for axis in missing)
+        keys = " and ".join(dict.fromkeys(f"counts_per_{file_unit(axis)}" for axis in missing))
         message = f"csp and csp-raw need the drive scaling of axis {', '.join(missing)}"
         raise UsageError(
-            Diagnostic("machine-missing", message, hint=f"give the machine file {tables} with counts_per_…")
+            Diagnostic("machine-missing", message, hint=f"give the machine file {tables} with {keys}")
         )
     return [drives[axis] for axis in axes]
 

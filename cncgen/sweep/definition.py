@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 from cncgen.diagnostics import Diagnostic, Severity
-from cncgen.files import read_bytes
+from cncgen.files import read_utf8
 from cncgen.machine.toml_file import TomlFile, is_toml_number, parse_toml, toml_value_shown
 from cncgen.sweep.designs import DESIGNS, MOST_DIMENSIONS, design_size, is_power_of_two
 from cncgen.sweep.figures import CUTTING, FILES, READING, SIMULATING, near_figures, planning_options, stage_of
@@ -106,7 +106,7 @@ def load_sweep(path: str | os.PathLike[str]) -> SweepDefinition:
             ``sweep-type``, ``sweep-value``, and those of machine files.
     """
     name = os.fspath(path)
-    return sweep_from_toml(read_bytes(path, at_most=MAX_BYTES), name, Path(name).parent)
+    return sweep_from_toml(read_utf8(path, at_most=MAX_BYTES), name, Path(name).parent)
 
 
 def sweep_from_toml(content: bytes, name: str, folder: Path) -> SweepDefinition:

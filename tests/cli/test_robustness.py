@@ -132,7 +132,7 @@ def test_unreadable_toml(cncgen: Run, tmp_path: Path, small: Path) -> None:
     [
         (b'# one\nname = "\xfc"\n', "m.toml:2:9: error[machine-syntax]: byte 0xfc is not UTF-8"),
         ("# ä\n# ö ".encode() + b"\xfc", "m.toml:2:5: error[machine-syntax]: byte 0xfc is not UTF-8"),
-        ('name = "m"\n'.encode("utf-16"), "help: is it UTF-16, as PowerShell's > writes it?"),
+        ('name = "m"\n'.encode("utf-16-le"), "help: is it UTF-16 without its mark?"),
         (
             b"\nperiod_s = " + b"9" * 5000,
             "m.toml:2:12: error[machine-syntax]: an integer has too many digits: 5000",
@@ -145,6 +145,24 @@ def test_where_a_machine_file_is_no_toml(
     (in_folder / "m.toml").write_bytes(text)
     assert app.run([*PLAN, "small.nc", "-m", "m.toml"]) == 2
     assert place in capsys.readouterr().err
+
+
+def test_texts_that_powershell_wrote_are_read(in_folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """``cncgen machines show xy-table > m.toml`` of its version 5 writes UTF-16: programs were read, all other texts refused."""
+
+    def piped(name: str, *words: str) -> None:
+        assert app.run([*words]) == 0
+        text = capsys.readouterr().out.replace("\n", "\r\n")
+        (in_folder / name).write_bytes(text.encode("utf-16"))
+
+    piped("m.toml", "machines", "show", "xy-table")
+    piped("s.csv", "plan", "small.nc", "-m", "m.toml")
+    assert app.run(["verify", "s.csv", "--program", "small.nc", "-m", "m.toml"]) == 0
+    piped("r.csv", "simulate", "s.csv", "--axis-params", "m.toml")
+    assert app.run(["identify", "r.csv", "--model", "first-order"]) == 0
+    (in_folder / "t.tbl").write_bytes("T1 P1 Z10 D6 ;ä\r\n".encode("utf-16"))
+    (in_folder / "v.var").write_bytes("5161 1.0\r\n".encode("utf-16"))
+    assert app.run(["check", "small.nc", "--tool-table", "t.tbl", "--parameters", "v.var"]) == 0
 
 
 @pytest.mark.skipif(not os.path.exists("/proc/self/mem"), reason="needs Linux's files of a process")

@@ -378,3 +378,14 @@ def test_what_is_meant_by_a_file_that_is_no_toml(text: str, words: str) -> None:
 def test_the_name_of_a_profile_in_capitals() -> None:
     with pytest.raises(UsageError, match="did you mean xy-table"):
         load("XY_TABLE")
+
+
+def test_keys_tell_the_defaults_of_drives() -> None:
+    """Each was said to be 0: of a truth value, and of a scale that may not be 0."""
+    from cncgen.machine.keys import rows
+
+    told = {key: default for key, _, default, _ in rows()}
+    assert told["axes.x.drive.counts_per_mm"] == told["axes.x.max_velocity_mm_s"]
+    assert told["axes.x.drive.reversed"] == "false"
+    assert told["axes.x.drive.velocity_units_per_mm_s"] == "counts a second"
+    assert told["axes.x.drive.offset_counts"] == "0"

@@ -6,7 +6,7 @@ import math
 from array import array
 
 from cncgen.diagnostics import Diagnostic, Span, UsageError
-from cncgen.files import read_bytes, write_text
+from cncgen.files import read_utf8, write_text
 from cncgen.gcode.block import nearest
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import LENGTHS
@@ -208,7 +208,7 @@ def read_parameters(path: Path, parameters: Parameters) -> None:
     Raises:
         UsageError: Where it cannot be read or a line is wrong; all of them are named.
     """
-    lines = read_bytes(path, at_most=MAX_FILE_BYTES).decode("utf-8", "replace").splitlines()
+    lines = read_utf8(path, at_most=MAX_FILE_BYTES).decode("utf-8", "replace").splitlines()
     faults = []
     for count, line in enumerate(lines, 1):
         words = line.split()

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Span, UsageError
-from cncgen.files import read_bytes
+from cncgen.files import read_utf8
 from cncgen.units import AXIS_LETTERS, DEGREE, is_rotary
 
 #: Rows of a log that a fit needs.
@@ -57,7 +57,7 @@ def read_log(path: str | os.PathLike[str]) -> dict[str, AxisLog]:
         UsageError: The file cannot be read, has no ``t_s`` or no position (``log-columns``), something other than a number
             (``log-row``), fewer than 16 rows, or times that are uneven or go back (``log-time``).
     """
-    return parse_log(read_bytes(path, at_most=MAX_BYTES), os.fspath(path))
+    return parse_log(read_utf8(path, at_most=MAX_BYTES), os.fspath(path))
 
 
 def parse_log(content: bytes, name: str) -> dict[str, AxisLog]:

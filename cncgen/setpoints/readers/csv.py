@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Span, UsageError, excerpt_of
-from cncgen.files import STANDARD, reading_faults
+from cncgen.files import STANDARD, reading_faults, utf8_of
 from cncgen.kernels import decimal_rows as kernel
 from cncgen.setpoints.columns import POSITION_COLUMNS
 from cncgen.setpoints.readers.blocks import FileBlock, RowFaults, warn_of_columns
@@ -61,13 +61,16 @@ def line_blocks(file: BinaryIO, name: str) -> Iterator[bytes]:
     Raises:
         UsageError: It cannot be read, or a line is longer than `MAX_LINE` bytes.
     """
-    rest = b""
+    rest, decoder = b"", None
     while True:
         with reading_faults(name):
             # The bytes in a pipe are handed on at once; read() would wait for the whole block.
             piece = file.read1(BLOCK_BYTES) if hasattr(file, "read1") else file.read(BLOCK_BYTES)
         if not piece:
             break
+        if decoder is None:
+            decoder = utf8_of(piece)
+        piece = decoder(piece)
         whole, feed, after = (rest + piece).rpartition(b"\n")
         rest = after
         if len(rest) > MAX_LINE:
