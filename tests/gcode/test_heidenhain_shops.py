@@ -680,3 +680,44 @@ def test_cutting_speed_in_inches_is_told(run: Run, tmp_path: Path) -> None:
     text = "0 BEGIN PGM A INCH\nTOOL CALL 5 Z S( VC = 120 )\nL X+1 F10 M3\nEND PGM A INCH\n"
     out = run(text, dialect="heidenhain", tool_table=table)
     assert any(d.code == "feed-inch" and "VC" in d.message for d in out.diagnostics)
+
+
+#: What a tool presetter sends: L and R of tool 40, in the tool table of the control.
+PRESETTER = """FN 26: TABOPEN TNC:\\table\\tool.t
+QS10 = "TI-0047"
+QL10 = +115.029
+QL11 = +7.516
+FN 27: TABWRITE 40/"NAME" = QS10
+FN 27: TABWRITE 40/"L"    = QL10
+FN 27: TABWRITE 40/"R"    = QL11
+FN 27: TABWRITE 40/"R2"   = +0
+TOOL CALL 40 Z S1000
+L X+0 Y+0 Z+0 FMAX
+L X+20 Y+20 RL F500
+L X+40
+"""
+
+
+def test_a_presetter_writes_the_tool_table(run: Run) -> None:
+    """Its length and radius were passed over without a word; a name is passed over with a warning."""
+    out = run(PRESETTER, dialect="heidenhain")
+    assert out.errors == []
+    assert out.path.end[-1].tolist() == pytest.approx([40, 27.516, 115.029])
+    assert any("NAME of TOOL.T" in d.message for d in out.diagnostics if d.severity == "warning")
+
+
+@pytest.mark.parametrize(
+    "line",
+    ['FN 27: TABWRITE 40/"L,R" = Q1', 'FN 27: TABWRITE 40/"DL" = +0.1', 'FN 27: TABWRITE 40/"R2" = +1'],
+)
+def test_columns_of_tools_that_are_not_kept(run: Run, line: str) -> None:
+    out = run(f"FN 26: TABOPEN TNC:\\table\\tool.t\n{line}\nL X+5 FMAX", dialect="heidenhain")
+    assert out.errors[0][0] == "unsupported-block"
+
+
+def test_a_table_that_is_not_kept(run: Run) -> None:
+    out = run(
+        'FN 26: TABOPEN TNC:\\A.TAB\nFN 27: TABWRITE 5/"R,DEPTH" = Q5\nL X+5 FMAX', dialect="heidenhain"
+    )
+    assert out.errors == []
+    assert "R,DEPTH of A.TAB" in " ".join(d.message for d in out.diagnostics)

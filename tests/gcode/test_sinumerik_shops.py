@@ -1217,3 +1217,51 @@ def test_fixed_points_under_compensation(run: Run) -> None:
         "comp-refused",
         "G75 goes to a point of the machine, and cutter compensation is on",
     )
+
+
+@pytest.mark.parametrize("block", ["TRANS X=IC(10)", "G58 X=IC(5)", "ATRANS Y=IC(1)"])
+def test_increments_in_frames(run: Run, block: str) -> None:
+    """They were read as the values themselves."""
+    assert fault(run, f"{block}\nG0 X1\nM30")[0] == "not-read"
+
+
+def test_a_loop_without_an_end_in_a_subprogram(run: Run) -> None:
+    """The warm-up of a machine, a subprogram that never returns: one pass of it is planned, and nothing behind its call."""
+    out = run(
+        "G90 F1000\nUP1\nG1 X99\nM30\n%_N_UP1_SPF\nPROC UP1\nBEGAIN:\nG1 Z5\nG4 F1\nZ-5\nGOTOB BEGAIN\nRET\n",
+        dialect="sinumerik",
+    )
+    assert out.errors == []
+    assert out.path.end[out.path.kind != 3, 2].tolist() == [5, -5]
+    assert "program-repeats" in [d.code for d in out.diagnostics]
+
+
+#: A program of a grinding machine, whose dresser goes along axes that data of the machine name; numbers are ours.
+DRESSER = """DEF STRING[10] AXIS_HORI="Z", AXIS_VER="x "
+G18 G94
+DRESS
+M30
+%_N_DRESS_SPF
+PROC DRESS DISPLOF
+DEF AXIS HOR, VER
+HOR=AXNAME(AXIS_HORI) VER=AXNAME(AXIS_VER)
+TRANS AX[HOR]=0.5 AX[VER]=2
+G1 G90 AX[VER]=0 F=300
+G1 G90 AX[HOR]=0-$AC_DRF[Z] F=600
+G3 AX[HOR]=-6 AX[VER]=6 CR=6 F=100
+IF AXSTRING(HOR)=="Z"
+G1 AX[HOR]=-8
+ENDIF
+TRANS
+RET
+"""
+
+
+def test_axes_by_their_names(run: Run) -> None:
+    """Z is the first axis of G18: from (0.5, 2) counter-clockwise about (-5.5, 2) to its top."""
+    out = run(DRESSER, dialect="sinumerik")
+    assert out.errors == []
+    assert out.moving_axes == "XYZ"
+    found = out.path.end[out.path.kind != 3]
+    assert (np.round(found[:, [0, 2]], 9) + 0.0).tolist() == [[2, 0], [2, 0.5], [8, -5.5], [8, -7.5]]
+    assert [d.code for d in out.diagnostics if d.severity == "warning"] == ["variable-assumed"]

@@ -34,7 +34,7 @@ _LABEL = re.compile(rf"{TERMINALS['STRING']}|\d+")
 _PRESET = re.compile(r"#\s*(?P<row>\d+)(?P<keep>\s+KEEP\s+TRANS)?(?:\s+WP)?", re.IGNORECASE)
 #: Functions of tables and of the PLC.
 _FUNCTIONS_NOT_READ = {
-    "19": " (values for the PLC)", "26": " (opening a table)", "27": " (writing to a table)", "28": " (reading a table)",
+    "19": " (values for the PLC)", "28": " (reading a table)",
 }  # fmt: skip
 #: How far a number of repeats may lie from a whole one by rounding.
 _WHOLE = 1e-6
@@ -183,6 +183,16 @@ class HeidenhainRunner(ContourLines):
         *asked, value = statement.data
         group, place, index = (round(self._now(part or 0.0)) for part in asked)
         system_data.write(self.ip, group, place, index, 0.0 if isinstance(value, str) else self._now(value))
+
+    def do_open_table(self, frame: Frame, at: int, statement: Statement) -> None:
+        """FN 26."""
+        self._table = programs.bare(statement.data[0]).replace("\\", "/").rsplit("/", 1)[-1].upper()
+
+    def do_write_table(self, frame: Frame, at: int, statement: Statement) -> None:
+        """FN 27."""
+        row, columns, value = statement.data
+        written = None if isinstance(value, str) else self._now(value)
+        system_data.write_column(self.ip, self._table, round(self._now(row)), columns.strip('"'), written)
 
     def do_alarm(self, frame: Frame, at: int, statement: Statement) -> None:
         """FN 14."""

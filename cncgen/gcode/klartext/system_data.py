@@ -98,6 +98,35 @@ def write(ip: Interpreter, group: int, number: int, index: int, value: float) ->
         tool.diameter = 2.0 * value / scale
 
 
+#: Columns of the tool table, by their names in FN 27, and their NR.
+_COLUMNS = {"L": _LENGTH, "R": _RADIUS, "R2": 3, "DL": 4, "DR": 5, "DR2": 6}
+
+
+def write_column(ip: Interpreter, table: str, row: int, columns: str, value: float | None) -> None:
+    """Write a column of a row of the table that FN 26 opened, FN 27: TABWRITE 40/"L" = Q1: of TOOL.T the tool's length and radius.
+
+    Args:
+        table: Its file, without folders.
+        row: The tool.
+        columns: The name of a column, or of several.
+        value: What is written, None for a text.
+
+    Raises:
+        BlockError: What is written is not kept here, and motions may depend on it.
+    """
+    names = [name.strip().upper() for name in columns.split(",")]
+    kept = table == "TOOL.T" and any(name in _COLUMNS for name in names)
+    if kept and len(names) == 1 and value is not None:
+        write(ip, _TABLE, _COLUMNS[names[0]], row, value)
+        return
+    if kept:
+        message = f"FN 27 with the columns {', '.join(names)} of {table} is not read"
+        raise BlockError("unsupported-block", message, "FN", hint="a block for each of L and R is")
+    message = f"FN 27 writes {columns} of {table or 'a table'}, which is not kept here: it is passed over"
+    hint = "L and R of TOOL.T are kept; what the control reads from the table later is not what was written"
+    ip.warn_once("variable-assumed", message, "FN", hint)
+
+
 def _warn_of_column(ip: Interpreter, number: int, what: str) -> None:
     message = f"ID50 NR{number} is a column that the tool table here lacks: {what}"
     hint = f"length (NR1) and radius (NR2) are kept; the control's program may go another way by NR{number}"

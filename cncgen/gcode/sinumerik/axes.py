@@ -55,6 +55,8 @@ def _axes(said: Said, plane: str, rotary: str) -> set[str]:
         axes |= set(rotary)
     if names & _ROTARY:
         axes |= set("XC")
+    if said.computed:
+        axes |= {*plane, "Z"}
     spatial = names & _TURNS_SPACE or codes & _SOFT or any(name.startswith(_SPATIAL) for name in names)
     if spatial or (names & _IN_PLANE and (names & _ALONG_Z or codes & _UPRIGHT)):
         axes |= set("XYZ")

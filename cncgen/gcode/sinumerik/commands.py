@@ -179,6 +179,9 @@ def _frame(motions: Motions, name: str, words: Words) -> None:
 
 def _frame_values(motions: Motions, name: str, words: Words, shifts: bool) -> dict[str, float]:
     """Take the values of X Y Z of a frame out of a block."""
+    for axis, (mode, _) in words.axes.items():
+        if mode not in ("", "AC"):
+            raise not_read(f"{axis}={mode}() of {name}", "ATRANS adds to a frame")
     values = {axis: value for axis, (_, value) in words.axes.items() if axis in "XYZ"}
     if motions.diameter.startswith("G90") and shifts and values.get("X"):
         message = f"X{values['X']:g} of {name} is taken as a radius: offsets are, whatever DIAMON says"

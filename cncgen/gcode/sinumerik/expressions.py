@@ -143,6 +143,8 @@ def _part(text: str, first: float, count: float | None = None) -> str:
 
 #: Functions whose first argument is a text, and how many arguments each takes; places count from 0, and -1 is none.
 _TEXTS: dict[str, Callable[..., Scalar]] = {
+    # An axis is its name.
+    **dict.fromkeys(("AXNAME", "AXSTRING"), lambda text: text.strip().upper()),
     "TOUPPER": str.upper, "TOLOWER": str.lower, "STRLEN": lambda text: float(len(text)), "NUMBER": _number_of,
     "ISNUMBER": lambda text: float(_NUMBER.fullmatch(text) is not None), "INDEX": lambda text, sign: float(text.find(sign)),
     "RINDEX": lambda text, sign: float(text.rfind(sign)), "SUBSTR": _part,

@@ -317,9 +317,9 @@ class SinumerikRunner(LanguageRun[Program]):
         self._end_endless(frame, at, data[0])
 
     def _end_endless(self, frame: Frame, at: int, word: str) -> None:
-        """End the main program after a line that led back, where nothing between leads elsewhere: one pass is planned, as of bar feeders."""
+        """End the program after a line that led back, where nothing between leads elsewhere: one pass is planned, as of bar feeders and warm-ups."""
         first, program = frame.at, frame.program
-        if first > at or len(self.frames) > 1 or frame.repeats:
+        if first > at or frame.repeats:
             return
         if (first, at) not in self._endless:
             self._endless[first, at] = program.never_left(first, at)

@@ -19,6 +19,7 @@ class Said:
         names: Letters of words, names of settings, commands and calls; ``CYCLE800(`` is a call with values.
         brackets: Names that stand alone in brackets behind the name of a setting: ``POS[X]``.
         files: Names of what may be subprograms.
+        computed: Whether a word's axis is the value of a variable: AX[WHICH]=5.
         unstated: Whether X is named before a command says how it is meant.
     """
 
@@ -27,7 +28,7 @@ class Said:
         self.names: set[str] = set()
         self.brackets: set[str] = set()
         self.files: set[str] = set()
-        self.unstated = False
+        self.computed = self.unstated = False
 
     def take(self, items: Sequence[Item]) -> None:
         """Take what the items of a block name."""
@@ -37,6 +38,7 @@ class Said:
             elif kind == "set":
                 self.names.add(said[0])
                 self._indices(said[1])
+                self.computed |= said[0] == "AX" and not self._letter(said[1])
             elif kind == "poly":
                 self._indices(said[0][1])
             elif kind == "call":
@@ -81,6 +83,11 @@ class Said:
     def _indices(self, indices: Sequence[Value]) -> None:
         if len(indices) == 1 and isinstance(indices[0], Variable):
             self.brackets.add(indices[0].name)
+
+    @staticmethod
+    def _letter(indices: Sequence[Value]) -> bool:
+        """Tell whether an index is the letter of an axis."""
+        return len(indices) == 1 and isinstance(indices[0], Variable) and len(indices[0].name) == 1
 
     def _call(self, name: str, arguments: Sequence[Value | None]) -> None:
         self._name(name)

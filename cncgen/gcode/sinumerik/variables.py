@@ -23,8 +23,8 @@ _MARKERS = frozenset(("$AC_MARKER", "$AC_PARAM"))
 _SETTINGS = re.compile(r"\$[MS][ACN]_")
 #: A spindle by its name, as an index or an argument: ACC[S1].
 _SPINDLE = re.compile(r"S[1-9]\d?")
-#: What the machine tells the program: its inputs.
-_INPUTS = frozenset(("$A_IN", "$A_INA", "$A_INCO"))
+#: What the machine tells the program: its inputs, and how far the handwheel has moved an axis.
+_INPUTS = frozenset(("$A_IN", "$A_INA", "$A_INCO", "$AC_DRF"))
 #: The axes of the plane in force, and the one across it.
 _PLANE_AXES = ("$P_AXN1", "$P_AXN2", "$P_AXN3")
 #: Times and counters that run on the control.

@@ -664,5 +664,7 @@ RULES: dict[str, Callable[..., Any]] = {
     "alarm": lambda fn, text: Statement("alarm", data=(text or "",)),
     "system_data": lambda fn, q, *asked: Statement("system_data", data=(_number_of(q), *asked)),
     "write_data": lambda fn, *given: Statement("write_data", data=given),
+    "open_table": lambda fn, name: Statement("open_table", data=(name,)),
+    "write_table": lambda fn, row, _slash, *given: Statement("write_table", data=(row, *given)),
     "function_unknown": lambda fn, *_: Statement("function_unknown", data=("".join(c for c in fn if c.isdigit()),)),
 }  # fmt: skip
