@@ -134,6 +134,12 @@ def test_axes_that_move_by_themselves(run: Run) -> None:
     assert out.path.feed_mode[[1, 4]].tolist() == [FeedMode.RAPID] * 2
 
 
+def test_an_axis_with_a_feed_of_its_own_is_no_traverse_beside_one_without(run: Run) -> None:
+    """Z has 60 mm/min; that X of the same block has none made a traverse of both."""
+    text = "POS[X]=30 POS[Z]=40 FA[Z]=60\nPOS[X]=0 POS[Z]=0 FA[X]=90\nG1 X1 F100\nM30"
+    assert feeds(run, text) == [60, 60, 100]
+
+
 def test_limits_of_axes_are_the_machines(run: Run) -> None:
     assert codes(run, "ACC[X]=50 VELOLIM[Y]=20\nG0 X1\nM30") == ["limit-kept"]
     assert codes(run, "FL[X]=100\nG0 X1\nM30") == ["limit-kept"]
@@ -533,6 +539,29 @@ def test_of_two_first_depths_the_distance_counts(run: Run) -> None:
     text = "F100\nCYCLE83(10,0,2,-20,,-5,8,0,0,0,1,1)\nM30"
     assert [e[2] for e in ends(run, text)][:3] == [2, -8, 2]
     assert codes(run, text) == ["cycle-depths"]
+
+
+def test_a_first_step_less_than_the_degression_is_said(run: Run) -> None:
+    assert codes(run, "F100\nCYCLE83(10,0,2,-20,,,5,8,0,0,1,1)\nM30") == ["cycle-parameters"]
+    assert codes(run, "F100\nCYCLE83(10,0,2,-20,,,8,8,0,0,1,1)\nM30") == []
+
+
+def test_the_way_out_of_a_thread_that_is_stopped_moves_nothing(run: Run) -> None:
+    text = "G18 DIAMOF\nG0 X10 Z0 S500 M3\nPOLF[X]=40\nPOLFMLIN(X,Z)\nLFON LFPOS DILF=5 ALF=3\nLFTXT\nLFWP\nG33 Z-20 K2\nLFOF\nM30"
+    assert [[e[0], e[2]] for e in ends(run, text)] == [[10, 0], [10, -20]]
+    assert codes(run, text) == []
+
+
+def test_the_centre_of_an_arc_is_not_told_of_other_controls(run: Any) -> None:
+    """SINUMERIK has no G90.1: a centre as a coordinate is I=AC(...)."""
+    (fault,) = (
+        d
+        for d in run("F100\nG0 X10\nG2 X0 I5 J15\nM30", dialect="sinumerik").diagnostics
+        if d.severity == "error"
+    )
+    assert fault.code == "arc-radius"
+    assert "I=AC" in fault.hint
+    assert "G90.1" not in fault.hint
 
 
 def test_the_master_spindle(run: Any) -> None:

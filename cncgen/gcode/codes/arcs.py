@@ -96,7 +96,10 @@ def _arc(ip: Interpreter, block: Block, clockwise: bool) -> None:
             _line(ip, block)
             return
         word = next(letter.upper() for letter in _OFFSETS if letter in words)
-        check_radii(at_start, at_end, state.inches, word)
+        hint = "is I J K meant from the start point (G91.1) or as coordinates (G90.1)?"
+        if ip.dialect == "sinumerik":
+            hint = f"{word} leads from the start point to the centre; as a coordinate it is {word}=AC(...)"
+        check_radii(at_start, at_end, state.inches, word, hint)
     if state.feed_mode == 93:
         ip.sink.set_inverse_time(state.feed, _length(ip, end, (x, y), -turns if clockwise else turns))
     ip.sink.arc_feed(end, x, y, -turns if clockwise else turns, state.plane)
@@ -237,13 +240,7 @@ def _radii(ip: Interpreter, end: list[float], centre: tuple[float, float]) -> tu
     return at_start, math.hypot(centre[0] - end[first], centre[1] - end[second])
 
 
-def check_radii(
-    at_start: float,
-    at_end: float,
-    inches: bool,
-    word: str,
-    hint: str = "is I J K meant from the start point (G91.1) or as coordinates (G90.1)?",
-) -> None:
+def check_radii(at_start: float, at_end: float, inches: bool, word: str, hint: str) -> None:
     """Raise where the start and end radius of an arc differ by more than is accepted, or one is nothing."""
     unit = "inch" if inches else "mm"
     if min(at_start, at_end) < RADIUS_TOLERANCE[inches]:

@@ -29,7 +29,7 @@ NAMED = frozenset(
     [*MACHINE_AXES, *orientation.VECTOR, *orientation.ANGLES, *measuring.WORDS, *(f"S{k}" for k in range(10)), *(f"{letter}{k}" for letter in "HM" for k in range(100)),
      "AP", "RP", "FP", "CR", "AR", "ANG", "TURN", "I1", "J1", "K1", "RND", "RNDM", "CHF", "CHR", "FRC", "FRCM", "ADIS", "ADISPOS",
      "CTOL", "OTOL", "CTOLG0", "OTOLG0", "PW", "PL", "SD", "RPL", "SPOS", "SPOSA", "SF", "PO", "DISC", "DISR", "DISCL", "DISRP",
-     "OFFN", "OVR", "PIT", "DITS", "DITE", "FB", "FZ", "FAD", "LIMS", "PRIO", "ALF", "D1", "SVC", "OVRRAP", "STOLF", "CUTMOD", "T1", "T2", "T3", *TOOL_OFFSETS]
+     "OFFN", "OVR", "PIT", "DITS", "DITE", "FB", "FZ", "FAD", "LIMS", "PRIO", "ALF", "DILF", "D1", "SVC", "OVRRAP", "STOLF", "CUTMOD", "T1", "T2", "T3", *TOOL_OFFSETS]
 )  # fmt: skip
 #: Words that change how the control moves, not where to: accepted.
 _ACCEPTED = frozenset(
@@ -38,7 +38,7 @@ _ACCEPTED = frozenset(
      "UPATH", "SPATH", "COMPON", "COMPCURV", "COMPCAD", "COMPOF", "COMPSURF", "COMPPATH", "NORM", "STOPRE", "ORISON", "ORISOF", "RTLION",
      "CDOF", "CDOF2", "CDON", "CUT2D", "CUT2DF", "WALIMON", "WALIMOF", "DYNNORM", "DYNPOS", "DYNROUGH", "DYNSEMIFIN", "DYNFINISH",
      "DYNPREC", "SBLON", "SBLOF", "DISPLOF", "DISPLON", "FNORM", "FLIN", "FCUB", "CPRECON", "CPRECOF", "POLYPATH", "BAUTO", "BNAT",
-     "BTAN", "EAUTO", "ENAT", "ETAN", "NEWCONF", "WAITP", "FPRAOFF", "LFON", "LFOF", "SPCON", "SPCOF", "SAVE", "ACTBLOCNO",
+     "BTAN", "EAUTO", "ENAT", "ETAN", "NEWCONF", "WAITP", "FPRAOFF", "LFON", "LFOF", "LFTXT", "LFWP", "LFPOS", "SPCON", "SPCOF", "SAVE", "ACTBLOCNO",
      "DELAYFSTON", "PCALL", "DELAYFSTOF", "IPTRLOCK", "IPTRUNLOCK", "FENDNORM", "ORIC", "ORID", "OSC", "OSS", "OSSE", "OSD", "OST", "OSOF", "PAROTOF", "TOFFOF", "TOFRAMEOF", "CUTMODOF", "CUTCONOF", "STOPREOF", "CLGOF", "GWPSOF", "TMOF", "FTOCOF", "POLFMASK", "POLFMLIN", "DRFOF", "LIFTFAST", "CP",
      # Coordinates in which wear of tools counts, which the tool table has none of.
      "TOWSTD", "TOWWCS", "TOWBCS", "TOWMCS", "TOWTCS", "TOWKCS",
@@ -225,15 +225,14 @@ def position(motions: Motions, words: Words, *, beside: bool) -> None:
             raise not_read("POS", f"an axis that moves by itself beside {motions.motion}")
         words.axes.update(moved)
         return
-    feeds = [motions.axis_feeds.get(axis) for axis in moved]
+    feeds = [motions.axis_feeds[axis] for axis in moved if axis in motions.axis_feeds]
     before, feed, mode = motions.motion, motions.ip.state.feed, motions.ip.state.feed_mode
-    motions.set_motion("G0" if None in feeds else "G1")
-    if motions.motion == "G1":
-        given = min(value for value in feeds if value is not None)
-        motions.emit({"f": given}, (940,) if mode != 94 else ())
+    motions.set_motion("G1" if feeds else "G0")
+    if feeds:
+        motions.emit({"f": min(feeds)}, (940,) if mode != 94 else ())
     words.axes.update(moved)
     motions.go(words)
-    if motions.motion == "G1":
+    if feeds:
         motions.emit({"f": feed} if feed else {}, (10 * mode,) if mode != 94 else ())
     motions.set_motion(before)
 
@@ -379,8 +378,8 @@ INDEXED: dict[str, Callable[[Motions, Words, str, Scalar, str, float], None]] = 
         _limit,
     ),
     "FGREF": _radius_of_feed,
-    # An auxiliary function goes to the PLC of the machine, a tolerance of an axis to its smoothing.
-    **dict.fromkeys(("H", "ATOL"), lambda motions, words, name, at, mode, value: None),
+    # An auxiliary function goes to the PLC of the machine, a tolerance of an axis to its smoothing; POLF is where a stop of a thread leads.
+    **dict.fromkeys(("H", "ATOL", "POLF"), lambda motions, words, name, at, mode, value: None),
     "LIMS": _limit_of_spindle,
 }
 

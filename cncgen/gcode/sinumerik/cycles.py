@@ -290,6 +290,14 @@ def _deep(motions: Motions, name: str, values: Values) -> None:
     degression = filled(values, 7)
     degression = (degression, abs(degression), -abs(degression) / 100.0)[less]
     depths = _depths(hole, first, degression, abs(filled(values, 13)), name)
+    if degression > hole.reference - first and len(depths) > 2:
+        message = f"the first step of {name}, {hole.reference - first:g}, is less than DAM, {degression:g}: all steps are like the first"
+        motions.ip.warn_once(
+            "cycle-parameters",
+            message,
+            name,
+            "the control may go on in steps of DAM; write DAM = 0 for steps that are alike",
+        )
     back, ahead = abs(filled(values, 14)) or hole.mm(_BREAK), abs(filled(values, 16))
     usual = near == 1 or (near == 0 and not ahead)
     feed, factor = motions.ip.state.feed, (filled(values, 10) / (100.0 if percent else 1.0)) or 1.0

@@ -56,7 +56,7 @@ _MOTIONS = {0: "G0", 1: "G1", 2: "G2", 3: "G3", 33: "G33", 34: "G34", 35: "G35",
 _PLAIN = {"G0": 0, "G1": 10, "G2": 20, "G3": 30}
 #: Words that mean nothing where nothing uses them, as the feed of a corner in a block without one.
 _IDLE = frozenset(
-    ("FRC", "H", *(f"H{k}" for k in range(100)), "SPOS", "SPOSA", "LIMS", "DISC", "FAD", "OTOL", "CTOLG0", "OTOLG0", "STOLF", "N", "ALF")
+    ("FRC", "H", *(f"H{k}" for k in range(100)), "SPOS", "SPOSA", "LIMS", "DISC", "FAD", "OTOL", "CTOLG0", "OTOLG0", "STOLF", "N", "ALF", "DILF")
 )  # fmt: skip
 #: Codes of motions at a feed.
 _FED = frozenset((10, 20, 30, 50))
