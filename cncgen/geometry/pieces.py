@@ -1,4 +1,7 @@
-"""Rows of lines, arcs and NURBS as cubic pieces by arc length: the input of a spline fit."""
+"""Rows of lines, arcs and NURBS as cubic pieces by arc length: the input of a spline fit.
+
+`pieces_of` cuts many rows at a time; `RowPieces.joined` lays those of one run after one another.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +44,33 @@ class Pieces:
     row_t: Floats
 
 
-def pieces_of(path: Path, tolerance: Floats, scale: Floats, rows: Ints | None = None) -> Pieces:
+@dataclass(frozen=True, slots=True)
+class RowPieces:
+    """Cubic pieces of rows, n of them: as in `Pieces`, but each placed in its own row.
+
+    Attributes:
+        length: Shape (rows,), mm.
+        at: Shape (n,): where each begins, from the start of its row, mm.
+        y, bend, tolerance, row: As in `Pieces`.
+    """
+
+    length: Floats
+    at: Floats
+    y: Floats
+    bend: Floats
+    tolerance: Floats
+    row: Ints
+
+    def joined(self, first: int, stop: int) -> Pieces:
+        """Return those of the rows first … stop, each of which starts where the one before it ends."""
+        a, b = np.searchsorted(self.row, (first, stop))
+        row = self.row[a:b] - first
+        row_t = np.concatenate([[0.0], np.cumsum(self.length[first:stop])])
+        t = np.append(row_t[row] + self.at[a:b], row_t[-1])
+        return Pieces(t, self.y[a:b], self.bend[a:b], self.tolerance[a:b], row, row_t)
+
+
+def pieces_of(path: Path, tolerance: Floats, scale: Floats, rows: Ints | None = None) -> RowPieces:
     """Cut rows of a path that move X Y Z, each of them longer than 0, into cubic pieces.
 
     A line is one piece. An arc is cut so that the cubic Hermite interpolant by its points and tangents misses it by at
@@ -52,12 +81,11 @@ def pieces_of(path: Path, tolerance: Floats, scale: Floats, rows: Ints | None = 
     Args:
         tolerance: Shape (rows,), mm, of the chosen rows.
         scale: Shape (axes,): mm an axis unit, 1 for linear axes.
-        rows: The rows, each starting where the one before it ends; all where None.
+        rows: The rows, ascending; all where None.
     """
     chosen = np.arange(len(path)) if rows is None else rows
     length = path.row_length[chosen]
     kind = path.kind[chosen]
-    row_t = np.concatenate([[0.0], np.cumsum(length)])
     row, at, h = _cut(path, chosen, kind, length, tolerance)
     y = np.zeros((len(row), 4, len(path.axes)))
     start = path.starts[chosen]
@@ -74,8 +102,7 @@ def pieces_of(path: Path, tolerance: Floats, scale: Floats, rows: Ints | None = 
     straight = kind[row] == LINE
     y[straight] *= scale
     share = np.select([kind == LINE, kind == ARC], [0.0, ARC_SHARE], NURBS_SHARE)
-    left = (1.0 - share) * tolerance
-    return Pieces(np.append(row_t[row] + at, row_t[-1]), y, bend, left[row], row, row_t)
+    return RowPieces(length, at, y, bend, ((1.0 - share) * tolerance)[row], row)
 
 
 def _cut(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from cncgen.geometry.corridor import (
     split,
 )
 from cncgen.geometry.path import LINE, Path
-from cncgen.geometry.pieces import ARC_SHARE, Pieces, pieces_of
+from cncgen.geometry.pieces import ARC_SHARE, Pieces, RowPieces, pieces_of
 from cncgen.machine.record import Machine
 from cncgen.planner.limits.axis_limits import axis_scale
 from cncgen.planner.limits.program_feeds import Feeds
@@ -111,17 +111,16 @@ class _Smoother:
         if not last:
             # How far the last row goes on is not known yet.
             stretches = stretches.but_last()
-        rows, free_rows = stretches.rows, free[stretches.first[:-1]]
-        path = rows.path
         if self.machine is not None:
-            self.chords = Chords.of(self.machine, rows.axes)
-        classes = classify(rows, path, axis_scale(rows.axes), free_rows, self.chords)
-        borders = np.append(np.flatnonzero(classes.parts), len(rows))
+            self.chords = Chords.of(self.machine, here.axes)
+        looked = _Looked.of(stretches, free[stretches.first[:-1]], self.chords, self.seam is not None)
+        count = len(stretches.rows)
+        borders = np.append(np.flatnonzero(looked.classes.parts), count)
         done = _Done(stretches, self.chords.most_mm)
         at = 0
         for n, first in enumerate(borders[:-1]):
-            stop, closed = int(borders[n + 1]), bool(last or borders[n + 1] < len(rows))
-            at = self._group(stretches, path, classes, int(first), stop, closed, done)
+            stop, closed = int(borders[n + 1]), bool(last or borders[n + 1] < count)
+            at = self._group(looked, int(first), stop, closed, done)
             if at < stop:
                 break
         rest = int(stretches.first[at])
@@ -129,17 +128,9 @@ class _Smoother:
         if done.toolpaths():
             yield join(done.toolpaths())
 
-    def _group(
-        self,
-        stretches: Stretches,
-        path: Path,
-        classes: Classes,
-        first: int,
-        stop: int,
-        closed: bool,
-        done: _Done,
-    ) -> int:
+    def _group(self, looked: _Looked, first: int, stop: int, closed: bool, done: _Done) -> int:
         """Hand on the final part of the rows first … stop, which are one run or not a run; return the begin of the rest."""
+        stretches, classes = looked.stretches, looked.classes
         moving = first + np.flatnonzero(classes.fits[first:stop])
         if self.seam is None and len(moving) < 2:
             if moving.size and not closed:
@@ -157,7 +148,7 @@ class _Smoother:
             if not closed and len(window) == len(moving):
                 return first
             longest = size >= _LONGEST_WINDOW or (most == _LONGEST_WINDOW and len(window) < size)
-            rest = self._fit(stretches, path, classes, window, final or longest, done)
+            rest = self._fit(looked, window, final or longest, done)
             if rest is None:
                 size *= 2
                 continue
@@ -179,21 +170,12 @@ class _Smoother:
                 self.before = None if rows.kind[k] == Kind.EVENT else classes.leave[k]
                 break
 
-    def _fit(
-        self,
-        stretches: Stretches,
-        path: Path,
-        classes: Classes,
-        window: Ints,
-        final: bool,
-        done: _Done,
-    ) -> int | None:
+    def _fit(self, looked: _Looked, window: Ints, final: bool, done: _Done) -> int | None:
         """Fit a window of the run at the front; return the row from which to go on, None if it needs more rows."""
-        rows = stretches.rows
-        scale = axis_scale(rows.axes)
-        allowed, off = rows.tolerance[window], stretches.off[window]
-        given = self.chords.fit_tolerance(allowed, *_pace(rows, path, window)) - off
-        pieces = pieces_of(path, given, scale, window)
+        stretches, classes, rows = looked.stretches, looked.classes, looked.stretches.rows
+        first = int(np.searchsorted(looked.fitted, window[0]))
+        among = slice(first, first + len(window))
+        given, pieces = looked.given[among], looked.pieces.joined(among.start, among.stop)
         row_t = pieces.row_t
         head = END_DERIVATIVES if _tangent(self.before, classes.entry[window[0]]) else END_POINT
         tail = 0
@@ -204,7 +186,8 @@ class _Smoother:
             spline = fit(pieces, _cuts(rows, window, row_t), head, tail, self.seam)
         except CorridorError as fault:
             raise _no_curve(rows, window, fault) from fault
-        room = chord_room(allowed, _deviation(pieces, spline, given) + off, self.chords.most_mm)
+        off = _deviation(pieces, spline, given) + stretches.off[window]
+        room = chord_room(rows.tolerance[window], off, self.chords.most_mm)
         if final:
             upto, rest, self.seam = int(window[-1]) + 1, int(window[-1]) + 1, None
             self.before = classes.leave[window[-1]]
@@ -218,8 +201,38 @@ class _Smoother:
             spline, self.seam = split(spline, span, float(row_t[k]))
         part, part_t, of = stretches.parts_of(window, row_t)
         events = range(int(part[0]), int(stretches.first[upto]))
-        done.add(rows_of(spline, part_t, stretches.parts, part, scale, events, room, of))
+        done.add(rows_of(spline, part_t, stretches.parts, part, axis_scale(rows.axes), events, room, of))
         return rest
+
+
+@dataclass(frozen=True, slots=True)
+class _Looked:
+    """Rows that are looked at together, m of them; k are fitted.
+
+    Attributes:
+        stretches, classes: The rows, and how each is treated.
+        fitted: Shape (k,): those that are fitted with others.
+        given: Shape (k,), mm: by how much a curve may leave each.
+        pieces: Of these.
+    """
+
+    stretches: Stretches
+    classes: Classes
+    fitted: Ints
+    given: Floats
+    pieces: RowPieces
+
+    @classmethod
+    def of(cls, stretches: Stretches, free: Bools, chords: Chords, goes_on: bool) -> _Looked:
+        """Look at rows, of which some NURBS are `free` to be smoothed; whether the first run of them goes on from a seam."""
+        rows, path, scale = stretches.rows, stretches.rows.path, axis_scale(stretches.rows.axes)
+        classes = classify(rows, path, scale, free, chords)
+        run = np.cumsum(classes.parts) - 1
+        several = np.bincount(run, classes.fits) > 1
+        several[:1] |= goes_on
+        fitted = np.flatnonzero(classes.fits & several[run])
+        given = chords.fit_tolerance(rows.tolerance[fitted], *_pace(rows, path, fitted)) - stretches.off[fitted]
+        return cls(stretches, classes, fitted, given, pieces_of(path, given, scale, fitted))
 
 
 class _Done:
@@ -259,11 +272,11 @@ class _Done:
         return self._parts
 
 
-def _pace(rows: Toolpath, path: Path, window: Ints) -> tuple[Floats, Floats]:
+def _pace(rows: Toolpath, path: Path, at: Ints) -> tuple[Floats, Floats]:
     """Return the curvature of rows in their middles, and their feeds, shape (n,) each, 1/mm and mm/s."""
-    bend, curves = np.zeros(len(window)), np.flatnonzero(path.kind[window] != LINE)
-    bend[curves] = path.curvature_after(window[curves], 0.5 * path.row_length[window[curves]])
-    return bend, Feeds.of(rows, path).speed[window]
+    bend, curves = np.zeros(len(at)), np.flatnonzero(path.kind[at] != LINE)
+    bend[curves] = path.curvature_after(at[curves], 0.5 * path.row_length[at[curves]])
+    return bend, Feeds.of(rows, path).speed[at]
 
 
 def _deviation(pieces: Pieces, spline: Spline, given: Floats) -> Floats:
