@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cncgen.geometry import nurbs
 from cncgen.geometry.tables import ArcTable
@@ -15,7 +16,17 @@ from cncgen.toolpath.record import Kind, Toolpath
 
 def between(toolpath: Toolpath, first: int, last: int) -> Toolpath:
     """Return the rows `first` up to `last` (not with it), with those curves and events alone that they point to."""
-    rows = slice(first, last)
+    rows = _chosen(toolpath, slice(first, last))
+    return replace(rows, start=toolpath.start if first == 0 else toolpath.end[first - 1])
+
+
+def chosen(toolpath: Toolpath, rows: NDArray[np.int64], start: NDArray[np.float64]) -> Toolpath:
+    """Return rows in the order given, the first of which begins at `start`, with those curves and events alone that they point to."""
+    return replace(_chosen(toolpath, rows), start=start)
+
+
+def _chosen(toolpath: Toolpath, rows: slice | NDArray[np.int64]) -> Toolpath:
+    """Return rows with their curves and events, and the start of the toolpath."""
     columns = toolpath.columns(rows)
     kind, curve = columns["kind"], columns["curve"].copy()
     arcs, table, events = toolpath.arcs, toolpath.nurbs, toolpath.events
@@ -26,14 +37,7 @@ def between(toolpath: Toolpath, first: int, last: int) -> Toolpath:
     events = tuple(events[k] for k in curve[picked[Kind.EVENT]])
     for where in picked.values():
         curve[where] = np.arange(len(where))
-    return replace(
-        toolpath,
-        start=toolpath.start if first == 0 else toolpath.end[first - 1],
-        arcs=arcs,
-        nurbs=table,
-        events=events,
-        **(columns | {"curve": curve}),
-    )
+    return replace(toolpath, arcs=arcs, nurbs=table, events=events, **(columns | {"curve": curve}))
 
 
 def join(toolpaths: list[Toolpath]) -> Toolpath:

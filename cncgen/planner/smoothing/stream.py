@@ -25,12 +25,12 @@ from cncgen.machine.record import Machine
 from cncgen.planner.limits.axis_limits import axis_scale
 from cncgen.planner.limits.program_feeds import Feeds
 from cncgen.planner.smoothing.ends import opened
-from cncgen.planner.smoothing.output import rows_of
+from cncgen.planner.smoothing.output import FittedRun, rows_of
 from cncgen.planner.smoothing.runs import TANGENT, Classes, classify
 from cncgen.planner.smoothing.stretches import SAME, Stretches
 from cncgen.planner.smoothing.tolerance_split import Chords, chord_room
 from cncgen.toolpath.record import Kind, PathMode, Toolpath
-from cncgen.toolpath.slicing import between, join
+from cncgen.toolpath.slicing import between, chosen, join
 
 Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
@@ -125,8 +125,9 @@ class _Smoother:
                 break
         rest = int(stretches.first[at])
         self.pending = (between(here, rest, len(here)), free[rest:]) if rest < len(here) else None
-        if done.toolpaths():
-            yield join(done.toolpaths())
+        handed = done.toolpath()
+        if handed is not None:
+            yield handed
 
     def _group(self, looked: _Looked, first: int, stop: int, closed: bool, done: _Done) -> int:
         """Hand on the final part of the rows first … stop, which are one run or not a run; return the begin of the rest."""
@@ -200,8 +201,7 @@ class _Smoother:
             rest = upto = int(window[k])
             spline, self.seam = split(spline, span, float(row_t[k]))
         part, part_t, of = stretches.parts_of(window, row_t)
-        events = range(int(part[0]), int(stretches.first[upto]))
-        done.add(rows_of(spline, part_t, stretches.parts, part, axis_scale(rows.axes), events, room, of))
+        done.add(FittedRun(spline, part, part_t, of, room), slice(part[0], stretches.first[upto]))
         return rest
 
 
@@ -231,45 +231,55 @@ class _Looked:
         several = np.bincount(run, classes.fits) > 1
         several[:1] |= goes_on
         fitted = np.flatnonzero(classes.fits & several[run])
-        given = chords.fit_tolerance(rows.tolerance[fitted], *_pace(rows, path, fitted)) - stretches.off[fitted]
+        given = (
+            chords.fit_tolerance(rows.tolerance[fitted], *_pace(rows, path, fitted)) - stretches.off[fitted]
+        )
         return cls(stretches, classes, fitted, given, pieces_of(path, given, scale, fitted))
 
 
 class _Done:
-    """The rows to hand on, in order; rows that pass side by side are cut out together, in the parts that they have."""
+    """The rows to hand on, as they are or in place of others."""
 
     def __init__(self, stretches: Stretches, chord_mm: float) -> None:
         self._stretches = stretches
         self._chord_mm = chord_mm
-        self._parts: list[Toolpath] = []
-        self._first = self._stop = 0
+        self._exact, self._inside = np.zeros((2, len(stretches.parts)), bool)
+        self._runs: list[FittedRun] = []
 
     def rows_as_they_are(self, first: int, stop: int) -> None:
-        """Append the rows first … stop of the input."""
-        if first != self._stop:
-            self.toolpaths()
-            self._first = first
-        self._stop = stop
+        """Take the rows first … stop of the input."""
+        begin = self._stretches.first
+        self._exact[begin[first] : begin[stop]] = True
 
-    def add(self, toolpath: Toolpath) -> None:
-        """Append rows that were made."""
-        self.toolpaths().append(toolpath)
+    def add(self, run: FittedRun, events: slice) -> None:
+        """Take a curve for rows, and the events among some of the parts of the input."""
+        self._runs.append(run)
+        self._inside[events] = self._stretches.parts.kind[events] == Kind.EVENT
 
-    def toolpaths(self) -> list[Toolpath]:
-        """Return all parts."""
-        if self._first < self._stop:
-            first = self._stretches.first
-            part = between(self._stretches.parts, int(first[self._first]), int(first[self._stop]))
-            off = self._stretches.part_off(self._first, self._stop)
-            # Chords need not share the tolerance with smoothing there, but with arcs that are equal except for rounding.
-            shared = off > 0.0
-            met = np.where(
-                (part.path_mode == PathMode.CONTINUOUS) & ~shared, PathMode.EXACT_PATH, part.path_mode
-            )
-            room = np.where(shared, chord_room(part.tolerance, off, self._chord_mm), part.tolerance)
-            self._parts.append(replace(part, path_mode=met.astype(np.int8), chord_room=room))
-            self._first = self._stop
-        return self._parts
+    def toolpath(self) -> Toolpath | None:
+        """Return all of them in their order; None for none."""
+        parts = self._stretches.parts
+        rows = np.flatnonzero(self._exact | self._inside)
+        passed = chosen(parts, rows, parts.start)
+        off = np.where(self._exact, self._stretches.part_off(), 0.0)[rows]
+        # Chords need not share the tolerance with smoothing there, but with arcs that are equal except for rounding.
+        met = self._exact[rows] & (passed.path_mode == PathMode.CONTINUOUS) & (off == 0.0)
+        passed = replace(
+            passed,
+            path_mode=np.where(met, PathMode.EXACT_PATH, passed.path_mode).astype(np.int8),
+            chord_room=np.where(
+                off > 0.0, chord_room(passed.tolerance, off, self._chord_mm), passed.tolerance
+            ),
+        )
+        if not self._runs:
+            return passed if len(rows) else None
+        made, of = rows_of(self._runs, parts, axis_scale(parts.axes))
+        both, source = join([made, passed]), np.concatenate([of, rows])
+        order = np.argsort(source, kind="stable")
+        out = chosen(both, order, parts.starts[rows[0]] if source[order[0]] != of[0] else made.start)
+        # Where an event happens within a run, the curve is not where the program was.
+        moved = np.maximum.accumulate(np.where(self._inside[source[order]], 0, np.arange(len(order))))
+        return replace(out, end=out.end[moved])
 
 
 def _pace(rows: Toolpath, path: Path, at: Ints) -> tuple[Floats, Floats]:

@@ -86,10 +86,10 @@ class Stretches:
             rows = between(self.rows, 0, len(first) - 1)
         return Stretches(rows, parts, first, self.part_length[:stop], self.off[: len(first) - 1])
 
-    def part_off(self, first: int, stop: int) -> Floats:
-        """Return `off` of each part of the rows first … stop, those below the rounding of coordinates left out, shape (p,)."""
-        off = np.where(self.off > _OFF * self.rows.tolerance, self.off, 0.0)[first:stop]
-        return np.repeat(off, np.diff(self.first[first : stop + 1]))
+    def part_off(self) -> Floats:
+        """Return `off` of each part, those below the rounding of coordinates left out, shape (n,)."""
+        off = np.where(self.off > _OFF * self.rows.tolerance, self.off, 0.0)
+        return np.repeat(off, np.diff(self.first))
 
     def within(self, rows: Ints, most: int) -> int:
         """Return how many of ascending `rows` the first `most` parts from the start of the first one hold."""
