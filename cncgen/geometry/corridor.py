@@ -13,7 +13,7 @@ import numpy as np
 
 from cncgen.geometry import elementary
 from cncgen.geometry.columns import max_over_axes
-from cncgen.geometry.pieces import Pieces, first_scales, joint_scales
+from cncgen.geometry.pieces import Pieces
 from cncgen.geometry.tables import Floats
 from cncgen.kernels import smoothing
 
@@ -140,7 +140,7 @@ def _attempt(
     rounds, least = (
         (_ROUNDS_OF_FEW, _LEAST_USED_OF_FEW) if len(pieces.y) <= _FEW_PIECES else (ROUNDS, _LEAST_USED)
     )
-    scale = np.minimum(first_scales(pieces), longest)
+    scale = np.minimum(first_lengths(pieces), longest)
     share = np.where(t[:-1] < start, _USABLE_AGAIN, _USABLE_NEW) if seam is not None else _USABLE_NEW
     used = np.empty((len(pieces.y), 2))
     # Taken from the start of the window, so that rounding is that of its size, and an axis that stands is 0.
@@ -184,6 +184,13 @@ def _attempt(
     return Spline(knots, points, worst, allowed * max_over_axes(used))
 
 
+def first_lengths(pieces: Pieces) -> Floats:
+    """Guess the smoothing length at the ends of pieces, shape (n + 1,), mm: that of the turn and of the step there."""
+    out = np.full(len(pieces.t), 1e9)
+    out[1:-1] = np.minimum(pieces.for_turn, pieces.for_step)[:-1]
+    return out
+
+
 def _about_joints(pieces: Pieces, longest: Floats) -> Floats:
     """Return where knots are laid about joints that are rounded by themselves, mm.
 
@@ -196,7 +203,7 @@ def _about_joints(pieces: Pieces, longest: Floats) -> Floats:
         longest: Shape (n + 1,), the largest smoothing lengths at the ends of pieces, mm.
     """
     joint = np.flatnonzero(np.diff(pieces.row, prepend=-1))[1:]
-    by_turn, by_step = (each[joint - 1] for each in joint_scales(pieces))
+    by_turn, by_step = pieces.for_turn[joint - 1], pieces.for_step[joint - 1]
     guess, length = np.minimum(by_turn, by_step), np.diff(pieces.row_t)
     left = np.minimum(_FINAL_PART * guess, longest[joint])
     lone = np.minimum(length[1:], length[:-1]) > _SEPARATE * left
@@ -212,22 +219,21 @@ def _stand(t: Floats, y: Floats, knots: Floats, points: Floats, near: float) -> 
     At a distance the effect of a bend is far below the tolerance; further away it is rounding. It would be a motion of an axis
     that does not move.
     """
-    moves = np.abs(y[:, 1]) > _STILL_SLOPE
-    for k in (2, 3):
-        moves |= np.abs(y[:, k]) > _STILL_SLOPE
-    axes = np.flatnonzero([not column.all() for column in moves.T])
+    moves = np.abs(y[:, 1:]).max(axis=1) > _STILL_SLOPE
+    axes = np.flatnonzero(~moves.all(axis=0))
     if not axes.size:
         return
     moves = moves[:, axes]
     # Pieces that a control point is attracted by, and whether the axis stands on all of them.
     first = np.clip(np.searchsorted(t, knots[: len(points)], side="right") - 1, 0, len(y) - 1)
     last = np.clip(np.searchsorted(t, knots[5:], side="left"), first + 1, len(y))
-    moved = np.concatenate([np.zeros((1, len(axes)), np.int64), np.cumsum(moves, axis=0)])
-    stands = moved[last] == moved[first]
+    # After each piece, how many of them the axis moves on, and behind which one it moved last.
+    moved, since = np.zeros((2, len(y) + 1, len(axes)), np.int64)
+    np.cumsum(moves, axis=0, out=moved[1:])
+    np.maximum.accumulate(np.where(moves, np.arange(1, len(y) + 1)[:, None], 0), axis=0, out=since[1:])
     # The same number on all pieces of a stretch: arcs carry rounding.
-    begins = np.maximum.accumulate(np.where(moves, np.arange(1, len(y) + 1)[:, None], 0), axis=0)
-    place = y[np.minimum(begins, len(y) - 1), 0, axes][first]
-    stands &= np.abs(points[:, axes] - place) < near
+    place = y[np.minimum(since[first + 1], len(y) - 1), 0, axes]
+    stands = (moved[last] == moved[first]) & (np.abs(points[:, axes] - place) < near)
     points[:, axes] = np.where(stands, place, points[:, axes])
 
 

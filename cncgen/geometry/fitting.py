@@ -41,9 +41,7 @@ def fit_run(path: Path, tolerance_mm: float, scale: Floats | None = None) -> Nur
 
     factor = np.ones(len(path.axes)) if scale is None else scale
     near = np.full(len(path), (1.0 - _CUBIC_SHARE) * tolerance_mm)
-    spline = fit(
-        pieces_of(path, near, factor).joined(0, len(path)), np.zeros(0), END_POINT, END_POINT, widest=_WIDEST
-    )
+    spline = fit(pieces_of(path, near, factor).joined(), np.zeros(0), END_POINT, END_POINT, widest=_WIDEST)
     smooth = BSpline(spline.knots, spline.points, 4)
     at = _places(spline, _CUBIC_SHARE * tolerance_mm)
     ends = [(1, smooth(at[k], 1)) for k in (0, -1)]

@@ -32,6 +32,8 @@ class Pieces:
         y: Shape (n, 4, axes): power coefficients in t − t[k], columns multiplied by their scale (all mm).
         bend: Shape (n,): bound of |y''|, 1/mm.
         tolerance: Shape (n,), mm: the tolerance less the pieces' own error.
+        for_turn, for_step: Shape (n,), mm: smoothing lengths for the turn and the step of curvature behind each (`_joint_lengths`);
+            those of the last one mean nothing.
         row: Shape (n,): the row that each came from, counted among those chosen.
         row_t: Shape (rows + 1,): t at the ends of these rows.
     """
@@ -40,6 +42,8 @@ class Pieces:
     y: Floats
     bend: Floats
     tolerance: Floats
+    for_turn: Floats
+    for_step: Floats
     row: Ints
     row_t: Floats
 
@@ -51,7 +55,7 @@ class RowPieces:
     Attributes:
         length: Shape (rows,), mm.
         at: Shape (n,): where each begins, from the start of its row, mm.
-        y, bend, tolerance, row: As in `Pieces`.
+        y, bend, tolerance, for_turn, for_step, row: As in `Pieces`.
     """
 
     length: Floats
@@ -59,15 +63,18 @@ class RowPieces:
     y: Floats
     bend: Floats
     tolerance: Floats
+    for_turn: Floats
+    for_step: Floats
     row: Ints
 
-    def joined(self, first: int, stop: int) -> Pieces:
-        """Return those of the rows first … stop, each of which starts where the one before it ends."""
-        a, b = np.searchsorted(self.row, (first, stop))
-        row = self.row[a:b] - first
+    def joined(self, first: int = 0, stop: int | None = None) -> Pieces:
+        """Return those of the rows first … stop (all), each of which starts where the one before it ends."""
         row_t = np.concatenate([[0.0], np.cumsum(self.length[first:stop])])
+        a, b = np.searchsorted(self.row, (first, first + len(row_t) - 1))
+        row = self.row[a:b] - first
         t = np.append(row_t[row] + self.at[a:b], row_t[-1])
-        return Pieces(t, self.y[a:b], self.bend[a:b], self.tolerance[a:b], row, row_t)
+        columns = self.y, self.bend, self.tolerance, self.for_turn, self.for_step
+        return Pieces(t, *(each[a:b] for each in columns), row, row_t)
 
 
 def pieces_of(path: Path, tolerance: Floats, scale: Floats, rows: Ints | None = None) -> RowPieces:
@@ -102,7 +109,8 @@ def pieces_of(path: Path, tolerance: Floats, scale: Floats, rows: Ints | None = 
     straight = kind[row] == LINE
     y[straight] *= scale
     share = np.select([kind == LINE, kind == ARC], [0.0, ARC_SHARE], NURBS_SHARE)
-    return RowPieces(length, at, y, bend, ((1.0 - share) * tolerance)[row], row)
+    left = ((1.0 - share) * tolerance)[row]
+    return RowPieces(length, at, y, bend, left, *_joint_lengths(y, h, left), row)
 
 
 def _cut(
@@ -178,24 +186,21 @@ def _hermite(path: Path, row: Ints, s: Floats, h: Floats) -> Floats:
     return np.stack([x0, c1, c2, c3], 1)
 
 
-def first_scales(pieces: Pieces) -> Floats:
-    """Guess the smoothing length at the ends of pieces, shape (n + 1,), mm: that of the turn and of the step there."""
-    out = np.full(len(pieces.t), 1e9)
-    out[1:-1] = np.minimum(*joint_scales(pieces))
-    return out
-
-
-def joint_scales(pieces: Pieces) -> tuple[Floats, Floats]:
-    """Guess the smoothing lengths that the turn and the step of curvature between pieces take, shape (n − 1,), mm.
+def _joint_lengths(y: Floats, h: Floats, tolerance: Floats) -> tuple[Floats, Floats]:
+    """Guess the smoothing lengths that the turn and the step of curvature behind each piece take, shape (n,), mm.
 
     A smoothing spline of order 3 and length L rounds a turn by Δx' off by L |Δx'| / 3, and a step of curvature Δx'' by
     about 0.14 L² |Δx''| (docs/smoothing.md). L is half as much again as what makes that the tolerance, for turns and
     steps in a row to and fro round each other off; where they do not, the fit shrinks it.
+
+    Args:
+        y, tolerance: As in `Pieces`.
+        h: Shape (n,), mm: lengths of the pieces.
     """
-    y, h = pieces.y, np.diff(pieces.t)[:, None]
-    turn = y[1:, 1] - (y[:-1, 1] + h[:-1] * (2 * y[:-1, 2] + 3 * h[:-1] * y[:-1, 3]))
-    step = 2 * y[1:, 2] - (2 * y[:-1, 2] + 6 * h[:-1] * y[:-1, 3])
-    within = np.minimum(pieces.tolerance[1:], pieces.tolerance[:-1])
+    after, h = y[np.minimum(np.arange(1, len(y) + 1), len(y) - 1)], h[:, None]
+    turn = after[:, 1] - (y[:, 1] + h * (2 * y[:, 2] + 3 * h * y[:, 3]))
+    step = 2 * after[:, 2] - (2 * y[:, 2] + 6 * h * y[:, 3])
+    within = np.minimum(tolerance, np.append(tolerance[1:], np.inf))
     by_turn = 4.0 * within / np.maximum(norm(turn), 1e-9 * within)
     by_step = np.sqrt(within / (0.067 * norm(step) + 1e-18 * within))
     return by_turn, by_step

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 
 from cncgen.geometry import corridor
-from cncgen.geometry.corridor import END_DERIVATIVES, END_POINT, fit, split
+from cncgen.geometry.corridor import END_DERIVATIVES, END_POINT, first_lengths, fit, split
 from cncgen.geometry.path import ARC, LINE, Path
-from cncgen.geometry.pieces import Pieces, first_scales, pieces_of
+from cncgen.geometry.pieces import Pieces, pieces_of
 from cncgen.geometry.tables import ArcTable, empty_arcs, empty_nurbs
 from cncgen.kernels import smoothing
 
@@ -21,7 +21,7 @@ SCALE = np.ones(3)
 def polyline(points: np.ndarray, tolerance: float = 0.01) -> Pieces:
     n = len(points) - 1
     path = Path("XYZ", points[0], [LINE] * n, points[1:], [-1] * n, empty_arcs(), empty_nurbs(3))
-    return pieces_of(path, np.full(n, tolerance), SCALE)
+    return pieces_of(path, np.full(n, tolerance), SCALE).joined()
 
 
 def facets(count: int, seed: int = 0, length: float = 0.2) -> np.ndarray:
@@ -51,7 +51,7 @@ def test_arc_pieces_stay_on_the_arc() -> None:
     """The Hermite pieces of a quarter of R5 miss its radius by at most their share of the tolerance."""
     arc = ArcTable(np.array([[0.0, 5, 0]]), np.array([[0.0, 0, 1]]), np.array([np.pi / 2]))
     path = Path("XYZ", [-10, 0, 0], [LINE, ARC], [[0, 0, 0], [5, 5, 0]], [-1, 0], arc, empty_nurbs(3))
-    pieces = pieces_of(path, np.array([0.01, 0.01]), SCALE)
+    pieces = pieces_of(path, np.array([0.01, 0.01]), SCALE).joined()
     assert pieces.row[0] == 0
     assert set(pieces.row[1:]) == {1}
     points = value(pieces, np.linspace(10.0, pieces.t[-1], 2001))
@@ -59,7 +59,7 @@ def test_arc_pieces_stay_on_the_arc() -> None:
     np.testing.assert_allclose(radius, 5.0, atol=1e-3 * 0.01)
     np.testing.assert_allclose(pieces.bend[1:], 0.2, rtol=0.06)
     # The step of curvature at the joint, 0.2 / mm, sets the guess there.
-    assert first_scales(pieces)[1] == pytest.approx(np.sqrt(0.01 * 0.999 / (0.067 * 0.2)), rel=1e-2)
+    assert first_lengths(pieces)[1] == pytest.approx(np.sqrt(0.01 * 0.999 / (0.067 * 0.2)), rel=1e-2)
 
 
 @pytest.mark.parametrize("length", [0.05, 0.3, 2.0])
@@ -174,7 +174,7 @@ def test_circles_are_cut_evenly() -> None:
     """Two turns of R5: L³ κ² is P from end to end, which the ends use 0.37 of, and knots stand as far apart as L."""
     turns = ArcTable(np.zeros((2, 3)), np.tile([0.0, 0, 1], (2, 1)), np.full(2, 2 * np.pi))
     path = Path("XYZ", [5, 0, 0], [ARC] * 2, [[5, 0, 0]] * 2, [0, 1], turns, empty_nurbs(3))
-    pieces = pieces_of(path, np.full(2, 0.001), SCALE)
+    pieces = pieces_of(path, np.full(2, 0.001), SCALE).joined()
     spline = fit(pieces, np.zeros(0), END_POINT, END_POINT)
     radius = np.linalg.norm(
         BSpline(spline.knots, spline.points, 4)(np.linspace(0.0, pieces.t[-1], 5001)), axis=1

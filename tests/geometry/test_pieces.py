@@ -22,7 +22,7 @@ def curve_path() -> Path:
 @pytest.mark.parametrize("tolerance", [0.1, 0.01, 0.001])
 def test_pieces_miss_a_curve_by_their_share_of_the_tolerance(tolerance: float) -> None:
     path = curve_path()
-    pieces = pieces_of(path, np.full(3, tolerance), np.ones(3))
+    pieces = pieces_of(path, np.full(3, tolerance), np.ones(3)).joined()
     h = np.diff(pieces.t)
     assert np.all(h > 0)
     np.testing.assert_allclose(pieces.row_t, path.row_s, atol=1e-9)
@@ -42,7 +42,7 @@ def test_pieces_miss_a_helix_by_their_share_of_the_tolerance(rise: float, tolera
     """One that rises steeply bends little and turns as often: pieces whose length came of its curvature missed it by its radius."""
     arc = ArcTable(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), np.array([4.0 * np.pi]))
     path = Path("XYZ", [2.0, 0, 0], [ARC], [[2.0, 0, rise]], [0], arc, empty_nurbs(3))
-    pieces = pieces_of(path, np.full(1, tolerance), np.ones(3))
+    pieces = pieces_of(path, np.full(1, tolerance), np.ones(3)).joined()
     h = np.diff(pieces.t)
     for part in (0.1, 0.5, 0.7):
         u = (part * h)[:, None]
@@ -71,7 +71,7 @@ def test_pieces_of_straight_spans_are_lines(unit: float) -> None:
     points = unit * np.outer(x, [1.0, 0.3, -0.7])
     table = nurbs.single(1, [0, 0, 0.0048801, 0.1915253, 0.5012891, 1, 1], points)
     path = Path("XYZ", points[0], [NURBS], points[-1:], [0], empty_arcs(), table)
-    pieces = pieces_of(path, np.full(1, 0.001 * unit), np.ones(3))
+    pieces = pieces_of(path, np.full(1, 0.001 * unit), np.ones(3)).joined()
     assert len(pieces.bend) == 4
     assert not pieces.bend.any()
     assert not pieces.y[:, 2:].any()

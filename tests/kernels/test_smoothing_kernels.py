@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
-from cncgen.geometry.corridor import END_DERIVATIVES, END_POINT
+from cncgen.geometry.corridor import END_DERIVATIVES, END_POINT, first_lengths
 from cncgen.geometry.path import LINE, Path
-from cncgen.geometry.pieces import Pieces, first_scales, pieces_of
+from cncgen.geometry.pieces import Pieces, pieces_of
 from cncgen.geometry.tables import empty_arcs, empty_nurbs
 from cncgen.kernels import smoothing, smoothing_lengths
 from tests.kernels.plain import uncompiled
@@ -35,7 +35,7 @@ def polyline(count: int, seed: int) -> Pieces:
     steps = way[:, None] * np.stack([np.cos(heading), np.sin(heading), 0.1 * np.sin(3.0 * heading)], axis=1)
     points = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
     path = Path("XYZ", points[0], [LINE] * count, points[1:], [-1] * count, empty_arcs(), empty_nurbs(3))
-    return pieces_of(path, np.full(count, 0.01), np.ones(3))
+    return pieces_of(path, np.full(count, 0.01), np.ones(3)).joined()
 
 
 def fitted(kernel: ModuleType, pieces: Pieces, tail: int) -> tuple:
@@ -43,7 +43,7 @@ def fitted(kernel: ModuleType, pieces: Pieces, tail: int) -> tuple:
     n = len(pieces.y)
     room = 4 * n + 200
     knots, fixed, points = np.zeros(room), np.zeros((room, 3)), np.zeros((room, 3))
-    used, scale = np.zeros((n, 2)), np.minimum(first_scales(pieces), 0.5)
+    used, scale = np.zeros((n, 2)), np.minimum(first_lengths(pieces), 0.5)
     last, worst = kernel.fit(
         pieces.t, pieces.y, pieces.bend, pieces.tolerance, pieces.t[-1:], scale, np.full(n + 1, 0.5), 2, 0.85,
         knots, 4, fixed, END_POINT, tail, points, used,
