@@ -73,8 +73,10 @@ class RowPieces:
         a, b = np.searchsorted(self.row, (first, first + len(row_t) - 1))
         row = self.row[a:b] - first
         t = np.append(row_t[row] + self.at[a:b], row_t[-1])
-        columns = self.y, self.bend, self.tolerance, self.for_turn, self.for_step
-        return Pieces(t, *(each[a:b] for each in columns), row, row_t)
+        of = slice(a, b)
+        return Pieces(
+            t, self.y[of], self.bend[of], self.tolerance[of], self.for_turn[of], self.for_step[of], row, row_t
+        )
 
 
 def pieces_of(path: Path, tolerance: Floats, scale: Floats, rows: Ints | None = None) -> RowPieces:

@@ -98,7 +98,8 @@ class _RunRows:
         of, row = self.between(begin, end, run)
         at = row + run[of]
         ways = np.minimum(end[of], self.t[at + 1]) - np.maximum(begin[of], self.t[at])
-        return np.bincount(of, ways * pace[row], len(begin))
+        out: Floats = np.add.reduceat(ways * pace[row], np.searchsorted(of, np.arange(len(begin))))
+        return out
 
 
 def rows_of(runs: Sequence[FittedRun], source: Toolpath, axes_scale: Floats) -> tuple[Toolpath, Ints]:
@@ -130,9 +131,6 @@ def rows_of(runs: Sequence[FittedRun], source: Toolpath, axes_scale: Floats) -> 
     feed = np.where(inverse, source.feed[moving] * laid.lengths(), source.feed[moving])
     begin, end = at[first + run], at[stop + run]
     mean = (end - begin) / laid.taken(begin, end, run, 1.0 / feed)
-    lines = _offsets(np.array([len(each.room) for each in runs]))
-    whole = np.concatenate([each.of + lines[n] for n, each in enumerate(runs)])[owner]
-    begins, ends = first[np.searchsorted(whole, whole)], stop[np.searchsorted(whole, whole, side="right") - 1]
     columns = source.columns(rows) | {
         "kind": np.full(len(rows), Kind.NURBS, np.int8),
         "end": nurbs.evaluate(table, np.arange(len(first)), nurbs.parameter_range(table)[1], 0, side=-1)[0],
@@ -140,15 +138,30 @@ def rows_of(runs: Sequence[FittedRun], source: Toolpath, axes_scale: Floats) -> 
         "feed": np.where(np.abs(mean - feed[owner]) <= _SAME * feed[owner], feed[owner], mean),
         "feed_mode": np.where(inverse[owner], FeedMode.SPEED, source.feed_mode[rows]).astype(np.int8),
         "curve": np.arange(len(rows)),
-        "chord_room": laid.least(
-            at[np.maximum(begins - _AROUND, spans[run]) + run],
-            at[np.minimum(ends + _AROUND, spans[run + 1]) + run],
-            run,
-            np.concatenate([each.room[each.of] for each in runs]),
-        ),
+        "chord_room": _room(runs, laid, at, spans, owner, first, stop),
     }
     start = points[0] if knots[0] == knots[4] else _start(table)
     return replace(source, start=start, arcs=empty_arcs(), nurbs=table, events=(), **columns), rows
+
+
+def _room(
+    runs: Sequence[FittedRun], laid: _RunRows, at: Floats, spans: Ints, owner: Ints, first: Ints, stop: Ints
+) -> Floats:
+    """Return the least tolerance that is left on the line or curve of each row, and around, shape (n,), mm.
+
+    Args:
+        runs, laid: The runs.
+        at, spans: Shape (spans + runs,), t at the ends of spans; shape (runs + 1,), where the spans of each run begin.
+        owner, first, stop: Shape (n,): the row that each comes from, and its spans.
+    """
+    line = _offsets(np.array([len(run.room) for run in runs]))
+    whole = np.concatenate([run.of + line[n] for n, run in enumerate(runs)])[owner]
+    begin = first[np.searchsorted(whole, whole)] - _AROUND
+    end = stop[np.searchsorted(whole, whole, side="right") - 1] + _AROUND
+    which = np.searchsorted(spans, first, side="right") - 1
+    room = np.concatenate([run.room[run.of] for run in runs])
+    begin, end = np.maximum(begin, spans[which]), np.minimum(end, spans[which + 1])
+    return laid.least(at[begin + which], at[end + which], which, room)
 
 
 def _offsets(count: NDArray[Any]) -> NDArray[Any]:
