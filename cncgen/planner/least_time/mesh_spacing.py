@@ -45,6 +45,9 @@ class TooManyNodesError(Exception):
 #: Largest spacing of nodes: the least of these parts of the radius of curvature; where the bound of the speed has a step, of the way on
 #: which the acceleration ramps up from 0 to its limit; and of a panel of the path (docs/arc-length.md).
 _OF_RADIUS, _OF_RAMP, _OF_PANEL = 0.08, 0.2, 1.3
+#: The jerk that the path alone takes at the speed that the acceleration allows, in limits, from which nodes stand closer, and how many times
+#: at most: other terms cancel most of it, and what the interval's quadratics miss of it grows with the spacing squared.
+_LOADED, _TIMES = 16.0, 3.0
 #: Largest growth of the spacing per length along the path.
 _GROWTH = 0.25
 #: Length of the interval beside a rest: the least of these parts of the distance in which full jerk reaches full acceleration, of
@@ -67,6 +70,9 @@ AMPLE, CLOSEST = 3000, 4.0
 COARSE = 0.4
 #: Nodes of a block at most: their derivatives, limits and rows take about a kilobyte each. A block of 2048 butterflies has 1.2 million.
 MOST = 2_000_000
+#: Least distance of nodes as a part of the resolution. Where an axis turns back between two nodes, x'' is bounded (`mesh._calm`), and
+#: the acceleration that is not seen is the square root of this, a seventh of the limit for nodes at the resolution itself.
+_CLOSER = 0.01
 #: Least distance of nodes as a part of the length of the block: a thousand times the rounding of a path coordinate.
 _ROUNDING = 2.0**-42
 
@@ -108,7 +114,7 @@ def placed(
     first = np.minimum(before, after)
     tight = np.flatnonzero((corners.stop & np.isfinite(first)) | (corners.zone > 0))
     beside = np.where(corners.stop, first, _beside(bounds, corners, sides))[tight]
-    spacing, least = _spacing(shape, panels, _steps(shape, at, *tops)), _seen(bounds, x[1], probes)
+    spacing, least = _spacing(shape, panels, _steps(shape, at, *tops), coarse), _seen(bounds, x[1], probes)
     borders = _borders(corners, before, after, lines)
     whole = lines[np.searchsorted(corners.s, borders[:-1], side="right") - 1] | _beside_rest(corners, borders)
 
@@ -167,22 +173,27 @@ def _shape(
 
 def _seen(bounds: AxisLimits, x1: Floats, s: Floats) -> Floats:
     """Return the least distance of nodes at the places `s`: by the resolution of setpoints, and by rounding."""
-    return np.maximum(resolution(bounds, x1), _ROUNDING * (s[-1] - s[0]))
+    return np.maximum(_CLOSER * resolution(bounds, x1), _ROUNDING * (s[-1] - s[0]))
 
 
-def _spacing(shape: tuple[Floats, ...], panels: Floats, steps: Bools) -> Floats:
+def _spacing(shape: tuple[Floats, ...], panels: Floats, steps: Bools, coarse: bool) -> Floats:
     """Return the largest spacing at places of a block by the shape of the path and the speed that it allows, shape (n,), mm.
 
     Args:
         shape: Result of `_shape` at the places.
         panels: Shape (n,), length of the path's panel there; infinite on lines and arcs.
         steps: Shape (n,), see `_steps`.
+        coarse: Whether the load of the jerk is left out of account.
     """
     acceleration, jerk, bend, turn, twist, top = shape
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):
         out = _OF_RADIUS / turn
         speed = np.sqrt(np.minimum(top, acceleration / bend))
         ramp = speed * np.minimum(acceleration / jerk, np.sqrt(speed / jerk))
+        load = twist * speed**3 / jerk
+    if not coarse:
+        # Where a straight line has no bend, it has no load either.
+        out = out / np.sqrt(np.fmax(load / _LOADED, 1.0)).clip(None, _TIMES)
     out = np.where(steps, np.minimum(out, _OF_RAMP * ramp), out)
     # Panels follow the parameter, too: where a straight curve stands still, they are tiny and independent of the path.
     with np.errstate(invalid="ignore"):

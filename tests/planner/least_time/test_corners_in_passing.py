@@ -293,7 +293,7 @@ def test_a_curve_that_turns_back_on_a_line_takes_the_same_in_inches(effort: str,
 def test_a_joint_near_the_end_of_a_curve_takes_what_it_does_at_the_speed_there() -> None:
     """A step of x'' by 2·10⁻⁷/mm, where a fit ends 15 µm before a rest, was weighed at 250 mm/s, far from reached there.
 
-    Of its jerk the axes lacked 0.5 % over 2 mm, by 10⁻⁴ more or less in another unit: 5·10⁻⁶ of the time.
+    Planned as `fast`, for the plan that the search of `best` starts from is not confirmed. Of its jerk the axes lacked 0.5 % over 2 mm, by 10⁻⁴ more or less in another unit: 5·10⁻⁶ of the time.
     """
     points = [
         (-20.0, -1.0),
@@ -325,7 +325,9 @@ def test_a_joint_near_the_end_of_a_curve_takes_what_it_does_at_the_speed_there()
             ]
         )
         times.append(
-            list(plan(read_text(f"{text}\nM2\n").chunks(), machine, PlanOptions()))[-1].profile.t[-1]
+            list(plan(read_text(f"{text}\nM2\n").chunks(), machine, PlanOptions(effort="fast")))[
+                -1
+            ].profile.t[-1]
         )
     assert times[1] == pytest.approx(times[0], rel=1e-9)
 
