@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +68,7 @@ class _RunRows:
         count = np.array([len(run.rows) for run in runs])
         low = np.array([min(run.row_t[0], run.spline.knots[4]) for run in runs])
         high = np.array([max(run.row_t[-1], run.spline.knots[-5]) for run in runs])
-        lift = _offsets(high - low)[:-1] - low
+        lift = np.cumsum(high - low) - high
         t = np.concatenate([run.row_t for run in runs])
         return cls(t, _offsets(count), lift, t + np.repeat(lift, count + 1))
 
@@ -164,8 +164,9 @@ def _room(
     return laid.least(at[begin + which], at[end + which], which, room)
 
 
-def _offsets(count: NDArray[Any]) -> NDArray[Any]:
-    return np.concatenate([np.zeros(1, count.dtype), np.cumsum(count)])
+def _offsets(count: Ints) -> Ints:
+    """Return where each of so many things begins in a row of them, and where the last one ends."""
+    return np.concatenate([[0], np.cumsum(count)])
 
 
 def _start(table: NurbsTable) -> Floats:
