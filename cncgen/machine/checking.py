@@ -11,7 +11,7 @@ from cncgen.machine.drives import drive_faults, drive_table
 from cncgen.machine.plausible import new_doubts, tell
 from cncgen.machine.reading import AXIS_LIMITS, TOP_NUMBERS, NumberKey
 from cncgen.machine.record import Axis, Machine, Servo
-from cncgen.machine.settings_schema import TABLES
+from cncgen.machine.settings_schema import TABLES, without_axis
 from cncgen.machine.settings_schema import faults as table_faults
 from cncgen.units import AXIS_LETTERS, file_unit, to_file
 
@@ -86,6 +86,9 @@ def _faults(machine: Machine) -> Iterator[str]:
             continue
         for _, key, message, hint in table_faults(name, table):
             yield f"settings {name}.{key}: {message}{hint and f'; {hint}'}"
+        if name == "kinematics":
+            for message in without_axis(machine.settings, machine.axes):
+                yield f"settings kinematics.axes: {message}"
 
 
 def _of_axis(axis: Axis) -> Iterator[str]:

@@ -17,6 +17,7 @@ from cncgen.machine.record import Axis, Drive, Machine, Servo
 from cncgen.machine.servo_schema import faults as servo_faults
 from cncgen.machine.settings_schema import TABLES as SETTINGS
 from cncgen.machine.settings_schema import faults as settings_faults
+from cncgen.machine.settings_schema import without_axis
 from cncgen.machine.toml_file import TomlFile, is_toml_number, parse_toml, toml_value_shown
 from cncgen.units import AXIS_LETTERS, file_unit, is_rotary, to_file
 
@@ -105,6 +106,9 @@ def machine_from_tables(table: Mapping[str, Any], text: str, name: str) -> Machi
             "machine-type", "name", f"name: must be a text that is not empty, is {toml_value_shown(given)}"
         )
     settings = {key: _settings(file, table, key) for key in SETTINGS if key in table}
+    if isinstance(named := table.get("axes"), dict):
+        for message in without_axis(settings, "".join(named).upper()):
+            file.fault("machine-missing", "kinematics.axes", f"kinematics.axes: {message}")
     file.raise_faults()
     values = {key: value for key, value in numbers.items() if value is not None}
     machine = Machine(name=given, axes=MappingProxyType(axes), settings=MappingProxyType(settings), **values)

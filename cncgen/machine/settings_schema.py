@@ -9,7 +9,7 @@ from __future__ import annotations
 import difflib
 import itertools
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
@@ -165,6 +165,20 @@ def faults(name: str, table: Mapping[str, Any]) -> Iterator[tuple[str, str, str,
     if name == "coupling" and len(set(pair) & set(table)) == 1:
         given, other = sorted(pair, key=lambda key: key not in table)
         yield "machine-missing", given, f"needs {other} beside it", ""
+
+
+def without_axis(settings: Mapping[str, Any], axes: Container[str]) -> Iterator[str]:
+    """Yield what is wrong with each axis of ``[kinematics]`` that is none of the machine's: it would stand at 0, whatever moves.
+
+    Args:
+        settings: Tables by name.
+        axes: Letters of the machine's axes.
+    """
+    letters = settings.get("kinematics", {}).get("axes", ())
+    if _are_two_letters(letters):
+        for letter in letters:
+            if letter.upper() not in axes:
+                yield f"{letter} carries table or head, and the machine has no [axes.{letter.lower()}]"
 
 
 def check(name: str, table: Mapping[str, Any]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 
 from cncgen.diagnostics import CncgenError, UsageError
 from cncgen.machine import Axis, Machine, Servo, load, load_machine, load_servos, profile_names, to_toml
+from cncgen.machine.checking import check_machine
 from cncgen.machine.keys import rows
 from cncgen.machine.reading import machine_from_toml, servos_from_toml
 from cncgen.machine.writing import table_text
@@ -245,7 +247,8 @@ def test_print_then_read_is_the_same_machine(
         if letter in letters
     }
     kinematics = {"model": "head-head", "axes": ["a", "c"], "centre_mm": [1.0, 2, period]}
-    machine = Machine(name, parts, period_s=period, settings={"kinematics": kinematics})
+    settings = {"kinematics": kinematics} if {"A", "C"} <= letters else {}
+    machine = Machine(name, parts, period_s=period, settings=settings)
     again = machine_from_toml(to_toml(machine).encode(), "m.toml")
     assert (again.name, again.period_s, again.settings) == (name, period, machine.settings)
     for letter, axis in parts.items():
@@ -312,6 +315,7 @@ def test_a_table_begins_with_its_header() -> None:
 
 
 AXIS = "[axes.x]\nmax_velocity_mm_s = 1\nmax_acceleration_mm_s2 = 1\nmax_jerk_mm_s3 = 1\n"
+TURNING = "".join(AXIS.replace("[axes.x]", f"[axes.{letter}]").replace("_mm", "_deg") for letter in "bc")
 FORK = '[kinematics]\nmodel = "head-head"\naxes = ["c", "B"]\n'
 
 
@@ -337,7 +341,7 @@ FORK = '[kinematics]\nmodel = "head-head"\naxes = ["c", "B"]\n'
     ],
 )
 def test_ranges_of_further_tables(table: str, key: str) -> None:
-    assert [found[:2] for found in faults_of(AXIS + table)] == [("machine-value", key)]
+    assert [found[:2] for found in faults_of(AXIS + TURNING + table)] == [("machine-value", key)]
 
 
 @pytest.mark.parametrize(
@@ -349,7 +353,7 @@ def test_ranges_of_further_tables(table: str, key: str) -> None:
     ],
 )
 def test_bounds_of_further_tables_are_allowed(table: str) -> None:
-    assert machine_from_toml((AXIS + table).encode(), "m.toml").axes["X"].max_jerk == 1.0
+    assert machine_from_toml((AXIS + TURNING + table).encode(), "m.toml").axes["X"].max_jerk == 1.0
 
 
 @pytest.mark.parametrize(
@@ -382,10 +386,25 @@ def test_the_name_of_a_profile_in_capitals() -> None:
 
 def test_keys_tell_the_defaults_of_drives() -> None:
     """Each was said to be 0: of a truth value, and of a scale that may not be 0."""
-    from cncgen.machine.keys import rows
-
     told = {key: default for key, _, default, _ in rows()}
     assert told["axes.x.drive.counts_per_mm"] == told["axes.x.max_velocity_mm_s"]
     assert told["axes.x.drive.reversed"] == "false"
     assert told["axes.x.drive.velocity_units_per_mm_s"] == "counts a second"
     assert told["axes.x.drive.offset_counts"] == "0"
+
+
+def test_axes_of_kinematics_are_axes_of_the_machine() -> None:
+    """B of a machine with A and C counted as one that stands at 0: G43.4 was planned as if C turned nothing."""
+    limits = "{max_velocity_UNIT_s = 1, max_acceleration_UNIT_s2 = 1, max_jerk_UNIT_s3 = 1}"
+    units = (("x", "mm"), ("y", "mm"), ("z", "mm"), ("A", "deg"), ("c", "deg"))
+    axes = "".join(f"{letter} = {limits.replace('UNIT', unit)}\n" for letter, unit in units)
+    text = f'[axes]\n{axes}[kinematics]\nmodel = "table-table"\naxes = ["a", "c"]\n'
+    machine = machine_from_toml(text.encode(), "m.toml")
+    with pytest.raises(UsageError) as caught:
+        machine_from_toml(text.replace('"a", "c"', '"A", "B"').encode(), "m.toml")
+    (found,) = caught.value.diagnostics
+    assert (found.code, found.span and found.span.line) == ("machine-missing", 9)
+    assert found.message == "kinematics.axes: B carries table or head, and the machine has no [axes.b]"
+    settings = {"kinematics": {"model": "table-table", "axes": ["a", "b"]}}
+    with pytest.raises(UsageError, match=r"settings kinematics.axes: b carries table or head"):
+        check_machine(replace(machine, settings=settings))
