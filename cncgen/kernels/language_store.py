@@ -9,7 +9,7 @@ from cython.cimports.cncgen.kernels.gcode_codes import (
     CALLS, COUNTS, GOES, LEAVES, REPEATS, SET_VARIABLE, UNLESS, WHEN,
 )  # fmt: skip
 from cython.cimports.cncgen.kernels.gcode_store import Store
-from cython.cimports.libc.math import fabs, floor, isfinite
+from cython.cimports.libc.math import copysign, fabs, floor, isfinite
 
 #: Settings of a line, at most.
 _MOST_SETTINGS = cython.declare(cython.int, 40)
@@ -129,7 +129,7 @@ class LanguageStore(Store):
         if variable is None or self.settings == _MOST_SETTINGS or not isfinite(value):
             return False
         if variable.kind == "INT":
-            value = round(value)
+            value = _whole(value)
         elif variable.kind == "BOOL":
             value = 1.0 if value != 0.0 else 0.0
         self.target[self.settings] = -1 - k
@@ -248,5 +248,11 @@ def _place(variable, index: cython.double) -> cython.longlong:
     """Return where an element stands in its array, -1 where the array has none of that index."""
     if variable is None or not fabs(index) <= _LARGEST:
         return -1
-    place: cython.longlong = round(index)
+    place: cython.longlong = cython.cast(cython.longlong, _whole(index))
     return place if 0 <= place < len(variable.values) else -1
+
+
+@cython.cfunc
+def _whole(value: cython.double) -> cython.double:
+    """Return a number as an INT: a half goes away from zero (`sinumerik.expressions.whole`)."""
+    return copysign(floor(fabs(value) + 0.5), value) + 0.0

@@ -30,6 +30,9 @@ MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
     "exponent": ("R1=1.5EX2\nG0 X=R1", [(150,)]),
     "DEF": ("DEF REAL DEPTH=-5, WAY[3]=SET(1,2,3)\nG0 Z=DEPTH X=WAY[2]\nWAY[1]=8 X=WAY[1]", [(3, 0, -5), (8, 0, -5)]),
     "INT rounds": ("DEF INT COUNT\nCOUNT=2.6\nG0 X=COUNT", [(3,)]),
+    # "On type conversion from REAL to INT, a fraction >= 0.5 is rounded up ... (same effect as ROUND function)" (840D, Advanced, 1.9).
+    "halves of INT": ("DEF INT COUNT=0.5, LIST[4]=SET(1,2,3,4)\nG0 X=COUNT\nCOUNT=2.5\nX=COUNT\nX=ROUND(4.5)\nX=LIST[0.5]\nLIST[2.5]=4.5\nX=LIST[3]",
+                      [(1,), (3,), (5,), (2,), (5,)]),
     "strings": ('DEF STRING[10] NAME\nNAME="AB"\nIF NAME=="AB"\nG0 X1\nENDIF\nMSG("at "<<NAME)', [(1,)]),
     "IF ELSE": ("R1=1\nIF R1==2\nG0 X1\nELSE\nG0 X2\nENDIF\nG0 Y1", [(2,), (2, 1)]),
     "IF nested": ("IF 1\nIF 0\nG0 X1\nELSE\nG0 X2\nENDIF\nELSE\nG0 X3\nENDIF", [(2,)]),

@@ -13,7 +13,7 @@ from cncgen.gcode.codes.offsets import set_g92
 from cncgen.gcode.codes.tools import table_offset
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.sinumerik import frame_variables, measuring, orientation, swivelling, unread_cycles
-from cncgen.gcode.sinumerik.expressions import Function, Scalar, Value, Variable, number
+from cncgen.gcode.sinumerik.expressions import Function, Scalar, Value, Variable, number, whole
 from cncgen.records import replace
 from cncgen.toolpath.record import Event
 
@@ -262,7 +262,7 @@ def _spindle_place(motions: Motions, words: Words, name: str, at: Scalar, mode: 
 
 def _spindle_function(motions: Motions, words: Words, name: str, at: Scalar, mode: str, value: float) -> None:
     """M[1]=3, S[1]=500: a function or the speed of a spindle; those of other spindles than the master move nothing."""
-    spindle = round(number(at, "the number of a spindle")) or motions.master
+    spindle = whole(at, "the number of a spindle") or motions.master
     if name == "S":
         words.named["S" if spindle == motions.master else f"S{spindle}"] = mode, value
     elif spindle == motions.master:
@@ -278,20 +278,18 @@ def _length_offset(motions: Motions, words: Words, name: str, at: Scalar, mode: 
 
 def _speed_of_cut(motions: Motions, words: Words, name: str, at: Scalar, mode: str, value: float) -> None:
     """SVC[n]=: the cutting speed of the tool of a spindle."""
-    if round(number(at, "the number of a spindle")) == motions.master:
+    if whole(at, "the number of a spindle") == motions.master:
         words.named["SVC"] = mode, value
 
 
 def _master(motions: Motions, name: str, values: list[Scalar | None]) -> None:
     """SETMS(n): spindle n is the one that S and M3 without a number mean, and that feeds a revolution follow; SETMS alone is the first."""
-    motions.master = (
-        round(number(values[0], "the number of a spindle")) if values and values[0] is not None else 1
-    )
+    motions.master = whole(values[0], "the number of a spindle") if values and values[0] is not None else 1
 
 
 def _of_group(motions: Motions, words: Words, name: str, at: Scalar, mode: str, value: float) -> None:
     """G[8]=2: the G function of a group by its place in it (840D sl, Fundamentals, "G functions")."""
-    group, place = round(number(at, "the number of a group")), round(value)
+    group, place = whole(at, "the number of a group"), round(value)
     members = _GROUPS.get(group, ())
     if not 1 <= place <= len(members):
         raise not_read(
@@ -319,7 +317,7 @@ def _radius_of_feed(motions: Motions, words: Words, name: str, at: Scalar, mode:
 
 def _limit_of_spindle(motions: Motions, words: Words, name: str, at: Scalar, mode: str, value: float) -> None:
     """LIMS[n]=: the bound of the speed under G96 of a spindle; those of other spindles than the master bound nothing here."""
-    if round(number(at, "the number of a spindle")) == motions.master:
+    if whole(at, "the number of a spindle") == motions.master:
         words.named["LIMS"] = mode, value
 
 
@@ -554,7 +552,7 @@ def _geometry_axes(motions: Motions, name: str, values: list[Scalar | None]) -> 
     """GEOAX(): X, Y and Z are the geometry axes, as at the start; GEOAX(1,X) says so of one; raise where another axis becomes one."""
     wanted = dict(zip(values[::2], values[1::2], strict=False))
     if len(values) % 2 or any(
-        "XYZ"[round(number(k or 0.0)) - 1 : round(number(k or 0.0))] != axis for k, axis in wanted.items()
+        "XYZ"[whole(k or 0.0) - 1 : whole(k or 0.0)] != axis for k, axis in wanted.items()
     ):
         raise not_read(name, "other axes as those of the geometry")
 

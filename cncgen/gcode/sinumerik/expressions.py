@@ -44,6 +44,12 @@ def number(value: Scalar, what: str = "the value") -> float:
     return value
 
 
+def whole(value: Scalar, what: str = "the value") -> int:
+    """Return a number as an INT: a half goes away from zero, as ROUND does (840D, Advanced, 1.9, "Possible type conversions")."""
+    given = number(value, what)
+    return int(math.copysign(math.floor(abs(given) + 0.5), given))
+
+
 # Expressions that have their value when the program runs.
 
 

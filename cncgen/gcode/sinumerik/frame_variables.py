@@ -14,7 +14,16 @@ from cncgen.gcode.codes import affine as frames
 from cncgen.gcode.codes.offsets import use_system
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.sinumerik.expressions import Chain, Function, Scalar, Value, Variable, evaluate, number
+from cncgen.gcode.sinumerik.expressions import (
+    Chain,
+    Function,
+    Scalar,
+    Value,
+    Variable,
+    evaluate,
+    number,
+    whole,
+)
 from cncgen.gcode.sinumerik.swivelling import take_frames
 from cncgen.gcode.state.systems import MORE_COUNT, ROTATION, SYSTEM_COUNT, first_parameter, load_system
 from cncgen.records import replace
@@ -72,7 +81,7 @@ def set_frame(motions: Motions, name: str, at: list[Scalar], value: Value) -> No
     """Set a frame variable; an origin is a shift, and a rotation about Z within it."""
     motions.settle()
     if name == IN_FORCE and not at and isinstance(value, Variable) and value.name == ORIGINS:
-        use_origin(motions, round(number(evaluate(value.indices[0], motions.store))), name)
+        use_origin(motions, whole(evaluate(value.indices[0], motions.store)), name)
         return
     made = _frame(motions, value)
     if name == PROGRAMMABLE and not at:
@@ -105,7 +114,7 @@ def _axes_of(motions: Motions, frame: Value) -> dict[int, float]:
 
 
 def _system(index: Scalar) -> int:
-    system = round(number(index))
+    system = whole(index)
     if not 1 <= system <= LAST_ORIGIN:
         message = f"{ORIGINS}[{system}]: origins are 1 to {LAST_ORIGIN}"
         raise BlockError("system-number", message, ORIGINS, hint="1 is G54, 5 is G505")

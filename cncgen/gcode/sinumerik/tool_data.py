@@ -9,7 +9,7 @@ import re
 
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.sinumerik.expressions import Scalar, number
+from cncgen.gcode.sinumerik.expressions import Scalar, whole
 from cncgen.machine.tool_table import Tool
 from cncgen.records import replace
 
@@ -33,7 +33,7 @@ def _index(name: str, at: list[Scalar]) -> tuple[int, int, int]:
     if found is None or not 1 <= len(at) <= 2:
         message = f"the system variable {name} is not read"
         raise BlockError("variable-unknown", message, name, hint="$TC_DP3[1,1] is length 1 of tool 1")
-    return int(found[1]), round(number(at[0])), round(number(at[1])) if len(at) == 2 else 1
+    return int(found[1]), whole(at[0]), whole(at[1]) if len(at) == 2 else 1
 
 
 class ToolData:
@@ -89,7 +89,7 @@ class ToolData:
     def set(self, name: str, at: list[Scalar], value: float) -> None:
         """Set a datum; data without effect on motion are ignored, with a remark."""
         if name == "$TC_DPNT" and at:
-            self.teeth[round(number(at[0]))] = value
+            self.teeth[whole(at[0])] = value
             return
         if not _DATA.match(name):
             self._pass_over(name)

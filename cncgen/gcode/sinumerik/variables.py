@@ -11,7 +11,7 @@ from cncgen.gcode.block import AXIS_INDEX
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinumerik import frame_variables, measuring, tool_data
-from cncgen.gcode.sinumerik.expressions import IS_FILE, Scalar, number
+from cncgen.gcode.sinumerik.expressions import IS_FILE, Scalar, number, whole
 
 #: R parameters that there are.
 MOST_R = 32_767
@@ -46,7 +46,7 @@ class Variable:
 
     def place(self, name: str, indices: list[Scalar]) -> int:
         """Return where an element stands; raise where the variable lacks it."""
-        wanted = [round(number(index, "an index")) for index in indices]
+        wanted = [whole(index, "an index") for index in indices]
         if len(wanted) != len(self.bounds):
             message = f"{name} has {len(self.bounds)} indices, not {len(wanted)}"
             raise BlockError("variable-index", message, name, hint="DEF gives the bounds")
@@ -110,9 +110,10 @@ class Store:
         """Return a value as a variable of a type keeps it."""
         if kind in ("STRING", "CHAR", "AXIS"):
             return value
-        given = number(value, f"the value of {name}")
+        what = f"the value of {name}"
         if kind == "INT":
-            return float(round(given))
+            return float(whole(value, what))
+        given = number(value, what)
         return float(given != 0.0) if kind == "BOOL" else given
 
     def _found(self, name: str) -> Variable | None:
@@ -248,11 +249,9 @@ class Store:
         if name == "$R":
             return self.parameter(number(index, "the number of R"))
         if name == "$P_GG":
-            return self.in_force(round(number(index, "the number of a group")))
+            return self.in_force(whole(index, "the number of a group"))
         if name == "$P_AD":
-            return self.tools.value(
-                f"$TC_DP{round(number(index))}", [float(state.tool), float(self.tools.edge)]
-            )
+            return self.tools.value(f"$TC_DP{whole(index)}", [float(state.tool), float(self.tools.edge)])
         return None
 
     def _seen(self, name: str, axis: int, place: float) -> float:
