@@ -173,8 +173,13 @@ def repeated(letter: str) -> BlockError:
     return BlockError("repeated-word", message, letter.upper(), hint="write it once")
 
 
-def gather(pairs: list[tuple[str, float]]) -> Block:
-    """Make a block of letters and known values; raise where a letter stands twice or a number is out of range."""
+def gather(pairs: list[tuple[str, float]], twice: list[str] | None = None) -> Block:
+    """Make a block of letters and known values; raise where a letter stands twice or a number is out of range.
+
+    Args:
+        pairs: Letters and values, in the order of the text.
+        twice: Takes the letters that stand twice, whose last word counts then; T stays a fault.
+    """
     words: dict[str, float] = {}
     g: list[int] = []
     m: list[int] = []
@@ -185,9 +190,11 @@ def gather(pairs: list[tuple[str, float]]) -> Block:
             m.append(tenths("M", value))
         elif letter == "t" and letter in words and NEXT_TOOL not in words and ("m", 6.0) in pairs:
             words[NEXT_TOOL] = value
-        elif letter in words:
+        elif letter in words and (twice is None or letter == "t"):
             raise repeated(letter)
         else:
+            if letter in words and twice is not None:
+                twice.append(letter)
             if not -LARGEST <= value <= LARGEST:
                 message = f"{letter.upper()}{value:.15g} is not a finite number within ±{LARGEST:g}"
                 raise BlockError("number-range", message, letter.upper(), values={"value": str(value)})

@@ -761,6 +761,24 @@ def test_codes_of_system_a_in_another(run: Any, dialect: str, line: str, own: st
     assert (fault.code, fault.span.line, own in fault.message) == ("unknown-code", 1, True)
 
 
+def test_a_thread_that_begins_within_its_height() -> None:
+    """Shops' programs name a height that the bar has not: the first passes cut air, and the tool comes back to where the cycle began.
+
+    The passes are 0.5 sqrt(n) deep (B-64304EN-1, 4.4.7); their chamfer of 1.5, the lead, is cut below where the cycle began alone.
+    """
+    text = "G0 X20.6 Z2.\nG76 P011000 Q50 R0\nG76 X20. Z-20. P1000 Q500 F1.5"
+    found = moves(text)[1:]
+    roots = [11.0 - depth for depth in (0.5, 0.5 * math.sqrt(2.0), 0.5 * math.sqrt(3.0), 1.0)]
+    assert [a[0] for a, b in pairwise(found) if not a[2] and b[2]] == pytest.approx(roots, abs=1e-9)
+    cuts = [(10.5, -20.0)]
+    for x in roots[1:]:
+        cuts += [(x, -18.5), (10.3, -18.5 - (10.3 - x)), (10.3, -20.0)]
+    np.testing.assert_allclose([(x, z) for x, z, feed in found if feed], cuts, rtol=0.0, atol=1e-8)
+    assert found[-1] == (10.3, 2, 0)
+    told = [(d.code, d.span.line) for d in outcome(text)[2].diagnostics if d.severity == "warning" and d.span]
+    assert told == [("thread-words", 5)]
+
+
 def test_a_thread_without_last_passes(run: Any) -> None:
     """P00…: the control's count of last passes is 1 at least."""
     text = "G98 S500 M3\nG0 X62. Z2.\nG76 P{}0060 Q200 R0.1\nG76 X58. Z-20. P1000 Q500 F1.5\nM30\n"

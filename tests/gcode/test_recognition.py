@@ -58,6 +58,8 @@ CERTAIN = [
     ("G0G90G54.1P5X0Y0\nG1X10.F200.\nM30", "fanuc"),
     ("G17G20G40G80G49\nT1M6\nG103P1\nG154P2X0Y0\nM30", "fanuc"),
     ("%\nT1 M06\nG00 G90 G54 X0 Y0\nG43 H01 Z0.1\nG12 I0.75 F10. Z-1.2 D01\nG00 Z0.1\nM30\n%", "fanuc"),
+    # A row of holes whose words L0 keeps, and a reference point beside a motion: LinuxCNC refuses both.
+    ("T40\nM6\nG91G28G0Z0.\nG54\nG90G0X0.Y0.\nG43Z100.H40\nM3S500\nG98G84R5.Z-20.F500L0\nX10.Y10.\nG80\nM30", "fanuc"),
     # LinuxCNC.
     ("o100 sub\nG1 X#1 F100\no100 endsub\no100 call [5]\nM2", "linuxcnc"),
     ("#<depth> = 5\nG1 Z[-#<depth>] F100\nM2", "linuxcnc"),

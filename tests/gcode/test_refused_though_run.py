@@ -192,3 +192,21 @@ def test_what_a_deleted_block_holds_is_no_fault(run: Run, dialect: str, deleted:
     assert out.errors == []
     assert out.path.end[out.path.kind != 3, 0].tolist() == [1, 3]
     assert [code for code, *_ in run(text, dialect=dialect, block_delete=False).errors] == ["syntax"]
+
+
+def test_of_a_letter_that_stands_twice_the_last_counts_on_fanuc(run: Run) -> None:
+    """Parameter 3403#6 of FANUC; LinuxCNC refuses the block. Blocks of plain numbers and of parameters go different ways."""
+    text = "G21\nG1 X1 X2. F100 F200\n#1=3\nG1 X#1 F1 F300\nM30\n"
+    out = run(text, dialect="fanuc")
+    assert out.errors == []
+    assert out.path.end[:2, 0].tolist() == [2.0, 3.0]
+    assert (60.0 * out.path.feed[:2]).round(9).tolist() == [200.0, 300.0]
+    told = [(d.span.line, d.span.column) for d in out.diagnostics if d.code == "repeated-word"]
+    assert told == [(2, 4), (2, 11), (4, 8)]
+    assert [error[0] for error in run(text, dialect="linuxcnc").errors] == ["repeated-word"] * 2
+
+
+@pytest.mark.parametrize(("code", "wrong"), [("G54.2 P0", "G54.2 P1"), ("G54.4 P0", "G54.4 P1")])
+def test_ends_of_offsets_that_are_never_on(run: Run, code: str, wrong: str) -> None:
+    assert run(f"{code}\nG0 X1.\nM30\n", dialect="fanuc").errors == []
+    assert run(f"{wrong}\nM30\n", dialect="fanuc").errors == [("unknown-code", 1, 1)]

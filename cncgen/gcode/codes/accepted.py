@@ -53,11 +53,11 @@ def cancelled(ip: Interpreter, block: Block) -> None:
         raise BlockError("unknown-code", f"{name} is not supported", name, hint=hint)
 
 
-def no_fixture(ip: Interpreter, block: Block) -> None:
-    """G54.2 P0: no dynamic fixture offset; raise where one is asked for."""
+def no_offset(ip: Interpreter, block: Block, name: str, what: str) -> None:
+    """G54.2 P0 and G54.4 P0, which end an offset that is never on; raise where one is asked for."""
     if block.words.get("p", 0.0):
-        message = f"G54.2 P{block.words['p']:g} (a dynamic fixture offset) is not supported"
-        raise BlockError("unknown-code", message, "G54.2", hint="G54.2 P0 ends it, and is read")
+        message = f"{name} P{block.words['p']:g} ({what}) is not supported"
+        raise BlockError("unknown-code", message, name, hint=f"{name} P0 ends it, and is read")
 
 
 def _sizes_of_x(ip: Interpreter, block: Block, diameters: int) -> None:
@@ -156,7 +156,11 @@ CODES = (
     ),
     Code("G", 535, "MAZATROL", Stage.COORDINATES, of_mazatrol, "the origin of MAZATROL (Mazak): the one in force stays", dialects=OF_FANUC),
     Code("G", 525, "MAZATROL", Stage.COORDINATES, nothing, "end of G53.5 (Mazak)", dialects=OF_FANUC),
-    Code("G", 542, "dynamic fixture", Stage.COORDINATES, no_fixture, "no dynamic fixture offset (P0)", "p", dialects=OF_FANUC),
+    *(
+        Code("G", number, what, Stage.COORDINATES, partial(no_offset, name=f"G{number / 10:g}", what=f"a {what}"), f"no {what} (P0)",
+            "p", dialects=OF_FANUC)
+        for number, what in ((542, "dynamic fixture offset"), (544, "workpiece setting error compensation"))
+    ),
     Code("G", 50, "look-ahead", Stage.PATH, look_ahead, _LOOK_AHEAD, "pqr", dialects=OF_FANUC),
     Code("G", 1030, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD + " (Haas)", "p", dialects=OF_FANUC),
     Code("G", 1870, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD + " (Haas)", "pe", dialects=OF_FANUC),

@@ -127,13 +127,18 @@ def _thread_of(ip: Interpreter, block: Block) -> _Thread:
         (not 0.0 <= angle < 180.0, "A", f"its tool has an angle of {angle:g} degrees"),
         (depths.finish >= depths.full, high, f"the finish, R{depths.finish:g}, leaves nothing of its height {depths.full:g}"),
         (many and depths.least < depths.full / _PASSES, first, f"{first}{depths.first:g} makes more than {_PASSES} passes"),
-        (abs(start_x - words["x"]) < depths.full, "X", "the tool stands inside of it: the cycle begins beside the thread"),
+        (start_x == words["x"], "X", "the tool stands on its root, which does not say on which side it is cut"),
         (words["z"] == start_z, "Z", "it has no length along Z"),
     )  # fmt: skip
     for wrong, letter, what in tests:
         if wrong:
             message = f"the thread of G76: {what}"
             raise BlockError("thread-words", message, letter, hint="lengths are in radius")
+    root = words["x"]
+    if abs(start_x - root) < depths.full - _TINY:
+        crest = root + math.copysign(depths.full, start_x - root)
+        message = f"G76 begins at radius {start_x:g}, within the thread from {crest:g} to {root:g}: it comes back there after each pass"
+        ip.warn_once("thread-words", message, high, f"begin beyond the crest; {high} is the height in radius")
     return _Thread(words["x"], words["z"], words["f"], taper, angle, depths)
 
 
@@ -148,7 +153,9 @@ def _cut(ip: Interpreter, block: Block) -> None:
         x, z = thread.x + side * (thread.depths.full - depth), start_z + flank * depth
         go(ip, start_x, z, False)
         go(ip, x + thread.taper, z, False)
-        thread_pass(ip, x, thread.z, thread.lead, chamfer * thread.lead, start_x)
+        # A pass outside of where the cycle began cuts nothing that it could leave at a slant.
+        outside = side * (x - start_x) >= 0.0
+        thread_pass(ip, x, thread.z, thread.lead, 0.0 if outside else chamfer * thread.lead, start_x)
         go(ip, start_x, thread.z, False)
     go(ip, start_x, start_z, False)
 

@@ -16,7 +16,6 @@ MEANING: dict[tuple[str, int], str] = {
     **dict.fromkeys((("G", 412), ("G", 422)), "three-dimensional cutter compensation"),
     **dict.fromkeys((("G", 512),), "polygon turning"),
     **dict.fromkeys((("G", 721), ("G", 722)), "copies of a subprogram, turned or shifted"),
-    ("G", 544): "workpiece setting error compensation",
     ("G", 661): "a modal macro called in each block",
     **dict.fromkeys((("G", 683), ("G", 684)), "a tilted working plane"),
     **dict.fromkeys((("G", n) for n in (750, 770, 780, 790)), "a grinding cycle"),

@@ -90,12 +90,28 @@ class LineRunner:
             # A word with a vacant value counts as not written.
             pairs = [(letter, value) for letter, value in pairs if value == value]
         if pairs or comment is not None:
-            block = gather(pairs)
+            twice: list[str] | None = [] if self.fanuc else None
+            block = gather(pairs, twice)
             block.source, block.offset, block.line = here
             block.comment = comment
+            if twice:
+                self.tell_twice(block, twice)
             self.execute(block)
 
-    # Macros of FANUC.
+    # Words and macros of FANUC.
+
+    def tell_twice(self, block: Block, letters: list[str]) -> None:
+        """Warn of letters that stand twice in a block: the last counts where parameter 3403#6 is 0."""
+        self.ip.base.block = block
+        for letter in dict.fromkeys(letters):
+            name = letter.upper()
+            message = f"{name} stands twice in one block: the last counts, {name}{block.words[letter]:g}"
+            self.ip.warn(
+                "repeated-word",
+                message,
+                name,
+                "write it once: where parameter 3403#6 is 1, a control refuses it",
+            )
 
     def _tell_unset(self, name: str, here: Cursor) -> None:
         """Remark that a word reads a common variable that nothing has set, once of each: on a control it may have a value of before."""

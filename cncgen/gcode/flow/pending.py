@@ -122,9 +122,14 @@ class PendingBlocks:
             comment = None
             if flags & gcode_scan.ACTIVE or (flags & gcode_scan.COMMENT and ip.base.wants_comments):
                 comment = comment_of(self._sources[here.source].text_at(here.offset))
-            if ip.dialect == "fanuc" and self._line_runner().call_macro(plain.pairs(index), here):
-                return
-            block = plain.block(index)
+            twice: list[str] | None = None
+            if ip.dialect == "fanuc":
+                if self._line_runner().call_macro(plain.pairs(index), here):
+                    return
+                twice = []
+            block = plain.block(index, twice)
+            if twice:
+                self._line_runner().tell_twice(block, twice)
             block.comment = comment
             self._executor.execute(block)
         except BlockError as error:

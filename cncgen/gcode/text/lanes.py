@@ -70,9 +70,9 @@ class PlainBlocks:
         """Return where a block stands."""
         return Cursor(self.source, self.offset[index], self.line[index])
 
-    def block(self, index: int) -> Block:
-        """Return a block as a record (without its comment)."""
-        block = gather(self.pairs(index))
+    def block(self, index: int, twice: list[str] | None = None) -> Block:
+        """Return a block as a record (without its comment); `twice` is that of `gather`."""
+        block = gather(self.pairs(index), twice)
         block.source, block.offset, block.line = self.source, self.offset[index], self.line[index]
         return block
 
