@@ -5,6 +5,7 @@ FANUC keeps the unit of the last run or takes that of a parameter, LinuxCNC that
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from cncgen.diagnostics import Severity
@@ -29,6 +30,9 @@ _INCH_COUNT = 3
 _INCH_MOST = {4: (100.0, 200.0), 3: (30.0, 60.0)}
 #: The largest usual feed of a lathe a revolution in inches, which half of its feeds keep: 0.05 to 0.5 are those in mm.
 _INCH_TURN = 0.03
+#: How many times the bound of a lathe's spindle the speed at the largest X is, read in mm, where it is meant in feet a minute and inches;
+#: and the least that a bound counts as, since slow heavy lathes turn in mm too.
+_BEYOND_BOUND, _LEAST_BOUND = 10.0, 1000.0
 
 
 def assumed_units(
@@ -53,6 +57,12 @@ def assumed_units(
     if (feed := _inch_feed(text, dialect in LATHES)) is not None:
         message += f", but its decimals and feeds up to F{feed:g} look like inches"
         code, severity, values = "units-doubtful", Severity.WARNING, {"feed": feed}
+    elif dialect in LATHES and (speeds := _inch_speed(text)) is not None:
+        values = dict(zip(("surface", "x", "speed", "bound"), speeds, strict=True))
+        message += ", but G96 S{surface:g} at X{x:g} is {speed:.0f} rpm, far beyond the bound S{bound:g}: that looks like inches".format(
+            **values
+        )
+        code, severity = "units-doubtful", Severity.WARNING
     yield (
         Cursor(0, begin, text[:begin].count(b"\n") + 1),
         BlockError(code, message, column=column, hint=hint, values=values),
@@ -106,3 +116,19 @@ def _inch_feed(text: bytes, lathe: bool) -> float | None:
         return None
     length, feed = _INCH_MOST[most]
     return max(feeds) if max(map(float, lengths)) <= length and max(feeds) <= feed else None
+
+
+def _inch_speed(text: bytes) -> tuple[float, float, float, float] | None:
+    """Return the least surface speed of a lathe, its largest X, the speed there read in mm, and the bound that it exceeds by far."""
+    surfaces, bounds = (
+        [float(match["number"]) for match in compiled(sign).finditer(text)]
+        for sign in (signs.SURFACE_SPEED, signs.SPEED_BOUND)
+    )
+    places = [
+        float(match["number"]) for match in compiled(signs.LENGTH).finditer(text) if match[0][:1] in b"Xx"
+    ]
+    if not (any(surfaces) and any(bounds) and any(places)):
+        return None
+    surface, bound, x = min(filter(None, surfaces)), max(bounds), max(places)
+    speed = 1000.0 * surface / (math.pi * x)
+    return (surface, x, speed, bound) if speed > _BEYOND_BOUND * max(bound, _LEAST_BOUND) else None

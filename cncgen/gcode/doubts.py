@@ -17,6 +17,7 @@ from cncgen.gcode.text.dialects import Choice, different
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.signs import CURES, UNREAD
 from cncgen.records import dataclass, replace
+from cncgen.toolpath.reading import ReadOptions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -75,6 +76,7 @@ _SHORT_T = _Doubt(
     (b"T",),
     rb"(?<![A-Z])T[ \t]*(?:0?[1-9]|[1-9]\d)(?![\d.])",
 )
+_LEFT_OUT = "blocks that begin with / are left out, as where the switch of block skip is on"
 #: A slash that is not the first of its block, whose rest is lost.
 _SLASH = _Doubt(
     rb"(?P<word>/)",
@@ -170,16 +172,20 @@ _BEHIND_SEMICOLON = _Doubt(
 )
 
 
-def tell(reporter: Reporter, source: Source, choice: Choice, least_increment: float | None = None) -> None:
-    """Report the choice of the dialect, and doubts about a text in it."""
+def tell(reporter: Reporter, source: Source, choice: Choice, options: ReadOptions) -> None:
+    """Report the choice of the dialect, doubts about a text in it, and that some of its blocks are left out."""
     for error, severity in _remarks_on(choice):
         offset = 0
         for _ in range(choice.line - 1):
             offset = source.line_end(offset) + 1
         reporter.report(source, choice.line, offset, error, severity)
     if not choice.unread:
-        for here, doubt in _doubts(source, choice.dialect, least_increment):
+        for here, doubt in _doubts(source, choice.dialect, options.least_increment):
             reporter.report(source, here.line, here.offset, doubt, Severity.WARNING)
+        if options.block_delete and (at := _left_out(source)) is not None:
+            begin, hint = source.data.rfind(b"\n", 0, at) + 1, "--no-block-delete runs them"
+            error = BlockError("blocks-left-out", _LEFT_OUT, column=at - begin + 1, hint=hint)
+            reporter.report(source, source.data[:begin].count(b"\n") + 1, begin, error, Severity.NOTE)
 
 
 def _remarks_on(choice: Choice) -> Iterator[tuple[BlockError, Severity]]:
@@ -199,6 +205,16 @@ def _remarks_on(choice: Choice) -> Iterator[tuple[BlockError, Severity]]:
             message = f"read as {dialect}, but it may as well be of {rival}, whose language is not read, and where it moves otherwise"
             hint = f"--dialect {dialect} says that it is not"
         yield BlockError("dialect-doubtful", message, hint=hint), Severity.WARNING
+
+
+def _left_out(source: Source) -> int | None:
+    """Return the place of the first slash that begins a block, be it behind the block's number."""
+    data, at = source.data, source.data.find(b"/")
+    number = None if at < 0 else compiled(signs.BEFORE_SLASH)
+    while number and not number.fullmatch(data, data.rfind(b"\n", 0, at) + 1, at):
+        at = data.find(b"/", at + 1)
+        number = None if at < 0 else number
+    return at if number else None
 
 
 def _within(source: Source, at: int) -> bool:

@@ -92,6 +92,27 @@ def test_feeds_a_revolution_tell_inches_from_millimetres(
     assert [found for found, _, _ in said(run, text.format(*feeds), dialect="fanuc-lathe")] == [code]
 
 
+@pytest.mark.parametrize(
+    ("bound", "surface", "x", "code"),
+    [
+        ("G50 S1600", "G96 S1000", "2.0", "units-doubtful"),
+        ("G92 S2000", "G96 M3 S400", "1.5", "units-doubtful"),
+        ("(G50 S1600)", "G96 S1000", "2.0", "units-assumed"),
+        ("G50 S1600", "G97 S1000", "2.0", "units-assumed"),
+        ("G50 S2000", "G96 S200", "50.0", "units-assumed"),
+        ("G50 S150", "G96 S200", "42.0", "units-assumed"),
+        # A small drill's hole, faced in mm.
+        ("G50 S2000", "G96 S150", "6.0", "units-assumed"),
+    ],
+)
+def test_a_surface_speed_far_beyond_the_bound_looks_like_inches(
+    run: Any, bound: str, surface: str, x: str, code: str
+) -> None:
+    """As in feet a minute at inches; the feeds of roughing may be large for them."""
+    text = f"T0101\n{bound}\n{surface} M3\nG0 X{x} Z0.1\nG1 Z-1.5 F.12\nX0.5\nG28 U0 W0\nM30\n"
+    assert [found for found, _, _ in said(run, text, dialect="fanuc-lathe")] == [code]
+
+
 @pytest.mark.parametrize(("units", "factor"), [("mm", 1.0), ("inch", INCH)])
 def test_a_unit_that_is_named_holds_until_the_program_says_another(
     run: Any, units: str, factor: float

@@ -248,3 +248,24 @@ def test_a_semicolon_within_a_comment_hides_no_block(
 ) -> None:
     out = run(f"O1\nG21 G90 F100.\n{line}\nM30", dialect="fanuc")
     assert len([d for d in out.diagnostics if d.message.startswith("what follows ;")]) == told
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect", "place"),
+    [
+        ("G21 F100 (1/2)\nG1 X[1/2]\n/G1 X2.\n/G1 X3.\nM30", "fanuc", (3, 1)),
+        ("G21 F100\n N10 /2 G1 X2.\nM30", "fanuc", (2, 6)),
+        ("G21 F100\n/ G1 X2\nM2", "linuxcnc", (2, 1)),
+        ("G71 F100\nN20 /1 G1 X2\nM30", "sinumerik", (2, 5)),
+        ("0 BEGIN PGM A MM\n1 L X+1 F100\n/2 L X+2\n3 END PGM A MM", "heidenhain", (3, 1)),
+        ("G21 F100\nG1 X[1/2] (/G1 X2.)\nM30", "fanuc", None),
+    ],
+)
+def test_the_first_block_left_out_is_noted(
+    run: Callable[..., Outcome], text: str, dialect: str, place: tuple[int, int] | None
+) -> None:
+    """A control runs it unless its switch is on, and a whole way may stand in such blocks."""
+    for left_out in (True, False):
+        found = run(text, dialect=dialect, block_delete=left_out).diagnostics
+        places = [(d.span.line, d.span.column) for d in found if d.code == "blocks-left-out" and d.span]
+        assert places == ([place] if place and left_out else [])

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import io
 import math
 from typing import Any
 
 import numpy as np
 import pytest
+
+from cncgen.diagnostics import Diagnostics
+from cncgen.gcode import canon
+from cncgen.toolpath.reading import ReadOptions
 
 
 def fanuc(run: Any, text: str, **options: Any) -> list[list[float]]:
@@ -400,3 +405,11 @@ def test_a_remark_on_a_variable_of_a_subprogram_is_of_its_line(run: Any) -> None
     """It stood at the call."""
     out = run("G65 P2\nM98 P3\nM30\nO2\n#1=#4012\nM99\nO3\nIF[#2401 EQ 5]GOTO9\nN9 M99", dialect="fanuc")
     assert [(d.code, d.span.line) for d in out.diagnostics] == [("other-control", 5), ("variable-assumed", 8)]
+
+
+def test_a_remark_on_a_variable_is_of_its_line_where_blocks_before_it_wait() -> None:
+    """A public library of macros was remarked on at its comments."""
+    found = Diagnostics()
+    text = b"%\nO1\nG65 P2\nM30\nO2\n#2=8\nG0 X3.\n(D)\n\n#1=#[2400+#2]\nM99\n"
+    assert list(canon(io.BytesIO(text), "t.nc", ReadOptions(dialect="fanuc", units="mm"), found))
+    assert [(d.code, d.span.line) for d in found if d.span] == [("variable-assumed", 10)]

@@ -253,7 +253,7 @@ def test_a_slash_within_a_block_ends_it(run: Run) -> None:
     """N words and parentheses may stand before the slash of a block that is left out, and a quotient has brackets."""
     text = "O1\nG21 G54\nG0 X0 Y0 (A/B)\nN4 /2 G1 X99\nG1 X10 F100 /2 Y5\n#1=6/2\nG1 X[#1/2] Y1\nM30"
     assert ends(run, text) == [[10, 0, 0], [1.5, 1, 0]]
-    assert codes(run, text) == [("warning", "other-control")]
+    assert codes(run, text) == [("warning", "other-control"), ("note", "blocks-left-out")]
     assert ("error", "syntax") in codes(run, text, "linuxcnc")
 
 

@@ -23,7 +23,7 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Sink
 from cncgen.gcode.source import Source
 from cncgen.gcode.text.labels import Cursor
-from cncgen.gcode.text.lanes import BLOCKS, FEW_BLOCKS, empty_block
+from cncgen.gcode.text.lanes import BLOCKS, FEW_BLOCKS
 from cncgen.kernels import gcode_scan
 from cncgen.toolpath.reading import ReadOptions
 
@@ -197,8 +197,6 @@ class Course:
                 self.ip.budget.forward = following.line
             else:
                 self._since += 1
-            # Remarks on what a line reads are of that line.
-            self.ip.base.block = empty_block(here)
             self.ip.budget.count(1, LINE)
             target = following
             if not text.lstrip().startswith("%"):

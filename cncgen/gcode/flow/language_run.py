@@ -226,7 +226,7 @@ class LanguageRun(Run, Generic[P]):
         source = self.sources[0]
         if self._faults.refuses(source):
             return
-        tell(self.reporter, source, self._choice)
+        tell(self.reporter, source, self._choice, self._options)
         self.ip.begin()
         try:
             main = self._load(0, "")

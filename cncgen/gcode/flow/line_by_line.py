@@ -45,6 +45,8 @@ class LineRunner:
         if flow is not None and flow.then is None and not jumps:
             self._o_word(flow, here, after)
         control.flush()
+        # Remarks on what a line reads are of that line.
+        control.ip.base.block = empty_block(here)
         if flow is None or parsed.words or parsed.settings or parsed.comments:
             self._act(parsed, here)
         if flow is not None and flow.then is not None and control.condition(flow):

@@ -75,7 +75,7 @@ class Runner(Run):
     def _say_dialect(self) -> None:
         """Note the chosen dialect if the text decided it, and text with another meaning on other controls."""
         source, choice = self.sources[0], self._choice
-        tell(self.reporter, source, choice, self._options.least_increment)
+        tell(self.reporter, source, choice, self._options)
         if not choice.unread:
             for here, doubt, severity in assumed_units(source, choice.dialect, self._options):
                 self.reporter.report(source, here.line, here.offset, doubt, severity)

@@ -381,10 +381,17 @@ OF_EDING = rb"^[ \t]*(?P<word>(?:WARN|LOG)?MSG[ \t]+\"[^\"\n]*\"[ \t]*(?:;|\r?$)
 OF_MARLIN = _AT + rb"(?P<word>M11[78])[ \t][^;(\n]*[A-Z][A-Z]"
 WITHOUT_NUMBER = rb"^[ \t]*(?P<word>:)[ \t]*(?:[(;]|\r?$)"
 PASSED = (TO_GRBL, TO_SIMULATOR, TO_DENFORD, OF_EDING, OF_MARLIN, WITHOUT_NUMBER)
-#: Units, by the tens of their codes, or a computed code that may choose one; a length and a feed (`cncgen.gcode.assumed_units`).
+#: What stands before the slash of a block that may be left out.
+BEFORE_SLASH = rb"[ \t]*(?:" + BLOCK_NUMBER + rb"[ \t]*)?"
+#: Units, by the tens of their codes, or a computed code that may choose one; a length and a feed ; a lathe's surface
+#: speed and what bounds its spindle (`cncgen.gcode.assumed_units`).
 UNITS = {tens: rb"[Gg][ \t]*(?:0*%d[ \t]*[01](?![\d.])|[\[#])" % tens for tens in (2, 7)}
 LENGTH = rb"[XYZxyz](?<![A-Za-z#<].)[ \t]*[-+]?(?P<number>" + _NUMBER + rb")"
 FEED = rb"[Ff](?<![A-Za-z#<].)[ \t]*(?P<number>" + _NUMBER + rb")"
+SURFACE_SPEED, SPEED_BOUND = (
+    rb"[Gg][ \t]*" + code + rb"(?![\d.])[^\n]*?[Ss][ \t]*(?P<number>" + _NUMBER + rb")"
+    for code in (rb"96", rb"(?:50|92)")
+)
 
 
 def by_line(pattern: bytes) -> bytes:
@@ -406,4 +413,7 @@ def patterns() -> Iterator[bytes]:
         *UNITS.values(),
         LENGTH,
         FEED,
+        SURFACE_SPEED,
+        SPEED_BOUND,
+        BEFORE_SLASH,
     )
