@@ -210,11 +210,13 @@ def _remarks_on(choice: Choice) -> Iterator[tuple[BlockError, Severity]]:
 def _left_out(source: Source) -> int | None:
     """Return the place of the first slash that begins a block, be it behind the block's number."""
     data, at = source.data, source.data.find(b"/")
-    number = None if at < 0 else compiled(signs.BEFORE_SLASH)
-    while number and not number.fullmatch(data, data.rfind(b"\n", 0, at) + 1, at):
-        at = data.find(b"/", at + 1)
-        number = None if at < 0 else number
-    return at if number else None
+    while at >= 0:
+        if compiled(signs.BEFORE_SLASH).fullmatch(data, data.rfind(b"\n", 0, at) + 1, at):
+            return at
+        # No other slash of the line begins it.
+        end = data.find(b"\n", at)
+        at = data.find(b"/", end) if end >= 0 else -1
+    return None
 
 
 def _within(source: Source, at: int) -> bool:

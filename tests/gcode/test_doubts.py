@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import time
 from collections.abc import Callable
 
 import pytest
@@ -269,3 +270,10 @@ def test_the_first_block_left_out_is_noted(
         found = run(text, dialect=dialect, block_delete=left_out).diagnostics
         places = [(d.span.line, d.span.column) for d in found if d.code == "blocks-left-out" and d.span]
         assert places == ([place] if place and left_out else [])
+
+
+def test_slashes_in_a_comment_are_not_looked_at_one_by_one(run: Callable[..., Outcome]) -> None:
+    """Each of them was followed back to the start of its line: this took 30 s."""
+    begin = time.process_time()
+    run(f"G21 G1 X1 F100 ({'/' * 2_000_000})\n/ X2\nM2\n", dialect="fanuc")
+    assert time.process_time() - begin < 10.0
