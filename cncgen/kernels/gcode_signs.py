@@ -10,6 +10,8 @@ _COORDINATES = cython.declare(cython.uint, sum(1 << (ord(letter) - 65) for lette
 #: Sums of lines have 32 bits; places to find lines by them.
 _ALL = cython.declare(cython.uint, 0xFFFFFFFF)
 _SUMS = cython.declare(cython.uint, 4096)
+#: Bytes of a line beyond which it is no block, and counts as empty: a sign looks for what follows anywhere in a line, from each place in it.
+_LONGEST = cython.declare(cython.Py_ssize_t, 512)
 
 #: A number of a text: its end, whether it has a point, and whether something other than its value counts.
 _Number = cython.struct(to=cython.Py_ssize_t, dotted=cython.bint, alike=cython.bint)
@@ -130,7 +132,7 @@ def different_lines(text: cython.const[cython.uchar][::1], stand: list | None = 
 
     Each line of `text` stands for so many as `stand` says, for one without that.
     A coordinate with a decimal point is written ``1.``, and a feed of at least 1, the whole number of a line and that of an O-word as 1;
-    in brackets any number but that of a parameter.
+    in brackets any number but that of a parameter. Lines that are longer than any block are empty.
     """
     size: cython.Py_ssize_t = len(text)
     # The lines that differ, each with its end; where each begins, and the one before it of the same sum, from 1 on; the last of a sum.
@@ -150,6 +152,9 @@ def different_lines(text: cython.const[cython.uchar][::1], stand: list | None = 
         number += 1
         kept = _kept(text, i, line, used)
         i = kept.to + 1
+        if kept.used - used > _LONGEST:
+            kept = _Line(to=kept.to, used=used)
+            line[used] = 10
         slot = _sum(line, used, kept.used) % _SUMS
         row = last[slot]
         while row > 0 and not _same(line, rows[row - 1, 0], used):

@@ -521,3 +521,12 @@ def test_parentheses_that_nothing_closes_are_looked_at_once() -> None:
     assert re.search(signs.by_line(nested), text) is None
     assert re.search(signs.by_line(nested), b"(of (a) part)") is not None
     assert re.search(signs.by_line(nested), b"(of) (a part)") is None
+
+
+def test_a_line_without_an_end_is_no_sign() -> None:
+    """Each code of it was followed to its end, by each sign of a cycle's words: 300 kB took minutes."""
+    begin = time.process_time()
+    found = Diagnostics()
+    check(io.BytesIO(b"G21 F100\n" + b"G81 " * 100_000 + b"\nM2\n"), "long.nc", ReadOptions(), found)
+    assert "line-too-long" in {each.code for each in found}
+    assert time.process_time() - begin < 10.0
