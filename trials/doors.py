@@ -576,7 +576,8 @@ def batch(name: str, door: Door, data: list[bytes]) -> tuple[int, list[Finding]]
             how = f"signal {os.WTERMSIG(status)}" if signalled else f"exit {os.WEXITSTATUS(status)}"
             how = f"an input ran for {CLOCK_SECONDS:.0f} s by the clock" if asleep else how
             errors.seek(0)
-            said = errors.read()[-6000:].decode("utf-8", "replace")
+            # Behind the stacks stand the names of hundreds of compiled modules.
+            said = errors.read().partition(b"\nExtension modules: ")[0][-6000:].decode("utf-8", "replace")
             findings.append(Finding(name, f"the process ends: {how}", said, data[min(ran, len(data) - 1)]))
             ran += 1
     return ran, findings

@@ -721,3 +721,9 @@ def test_a_table_that_is_not_kept(run: Run) -> None:
     )
     assert out.errors == []
     assert "R,DEPTH of A.TAB" in " ".join(d.message for d in out.diagnostics)
+
+
+def test_a_table_that_none_has_opened_is_not_written(run: Run) -> None:
+    """This ended in an internal error."""
+    out = run('FN 27: TABWRITE 5/"L" = +3\nL X+5 FMAX', dialect="heidenhain")
+    assert out.errors[0][0] == "unsupported-block"

@@ -149,11 +149,11 @@ M30
 
 
 def test_elements_of_arrays_in_a_loop(moves: Any) -> None:
-    """An element is that of the rounded index, halves to the even one; INT rounds so too (840D, Job Planning, "Arrays")."""
+    """An element is that of the rounded index, as an INT is rounded: halves upwards (840D, Advanced, 1.9, "Possible type conversions")."""
     elements, wanted = [0.0] * 5, []
     for count in range(1, 201):
         elements[count % 5] = count / 4
-        wanted.append((elements[count % 5], float(round(elements[count % 5])), elements[2]))
+        wanted.append((elements[count % 5], float(int(elements[count % 5] + 0.5)), elements[3]))
     assert [end[:3] for end in moves(ELEMENTS, dialect="sinumerik")][-200:] == wanted
 
 

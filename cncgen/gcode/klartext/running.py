@@ -53,6 +53,7 @@ class HeidenhainRunner(ContourLines):
         self._datums = Datums(self.ip, self._now)
         self._globals: dict[int, float] = {}
         self._points: list[points.Place] = []
+        self._table = ""
         #: The program that SEL PGM names.
         self._selected = ""
 
@@ -189,8 +190,11 @@ class HeidenhainRunner(ContourLines):
         self._table = programs.bare(statement.data[0]).replace("\\", "/").rsplit("/", 1)[-1].upper()
 
     def do_write_table(self, frame: Frame, at: int, statement: Statement) -> None:
-        """FN 27."""
+        """FN 27; raise where FN 26 has opened no table."""
         row, columns, value = statement.data
+        if not self._table:
+            message = "FN 27 writes into the table that FN 26 opened, and none is open"
+            raise BlockError("unsupported-block", message, "FN", hint="FN 26: TABOPEN TNC:\\TOOL.T opens one")
         written = None if isinstance(value, str) else self._now(value)
         system_data.write_column(self.ip, self._table, round(self._now(row)), columns.strip('"'), written)
 
