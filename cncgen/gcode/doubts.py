@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.table import BOTH, language_of
 from cncgen.gcode.errors import BlockError, Reporter
-from cncgen.gcode.source import Source
+from cncgen.gcode.source import MAX_LINE, Source
 from cncgen.gcode.text import signs
 from cncgen.gcode.text.built_patterns import compiled
 from cncgen.gcode.text.dialects import Choice, different
@@ -21,6 +21,7 @@ from cncgen.toolpath.reading import ReadOptions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    import mmap
     import re
 
 #: Bytes that are searched for signs that occur early in a text, if at all.
@@ -76,6 +77,8 @@ _SHORT_T = _Doubt(
     (b"T",),
     rb"(?<![A-Z])T[ \t]*(?:0?[1-9]|[1-9]\d)(?![\d.])",
 )
+#: Places at most that are looked at, one by one, for a slash or a semicolon that hides words.
+_LOOKED = 10_000
 _LEFT_OUT = "blocks that begin with / are left out, as where the switch of block skip is on"
 #: A slash that is not the first of its block, whose rest is lost.
 _SLASH = _Doubt(
@@ -207,32 +210,50 @@ def _remarks_on(choice: Choice) -> Iterator[tuple[BlockError, Severity]]:
         yield BlockError("dialect-doubtful", message, hint=hint), Severity.WARNING
 
 
+def _slashes(data: mmap.mmap | bytes) -> Iterator[tuple[int, int, int]]:
+    """Yield where each line with a slash begins, where its first slash stands, and where the line ends."""
+    at = data.find(b"/")
+    while at >= 0:
+        end = data.find(b"\n", at)
+        end = end if end >= 0 else len(data)
+        yield data.rfind(b"\n", 0, at) + 1, at, end
+        at = data.find(b"/", end)
+
+
 def _left_out(source: Source) -> int | None:
     """Return the place of the first slash that begins a block, be it behind the block's number."""
-    data, at = source.data, source.data.find(b"/")
-    while at >= 0:
-        if compiled(signs.BEFORE_SLASH).fullmatch(data, data.rfind(b"\n", 0, at) + 1, at):
+    for begin, at, _ in _slashes(source.data):
+        if compiled(signs.BEFORE_SLASH).fullmatch(source.data, begin, at):
             return at
-        # No other slash of the line begins it.
-        end = data.find(b"\n", at)
-        at = data.find(b"/", end) if end >= 0 else -1
     return None
 
 
-def _within(source: Source, at: int) -> bool:
-    """Tell whether a slash ends what is read of its block."""
-    begin = source.data.rfind(b"\n", 0, at) + 1
-    if not source.data[begin:at].strip():
-        return False
-    from cncgen.gcode.text.grammar import cut_of
+def _cut(source: Source) -> int | None:
+    """Return the place of the first slash that ends what is read of its block, looked for in the first lines that may have one."""
+    data, left = source.data, _LOOKED
+    for begin, at, end in _slashes(data):
+        if not left:
+            return None
+        if end - begin <= MAX_LINE and (data[begin:at].strip() or data.find(b"/", at + 1, end) >= 0):
+            from cncgen.gcode.text.grammar import cut_of
 
-    return cut_of(source.data[begin : source.line_end(begin)]) == at - begin > 0
+            left -= 1
+            if cut := cut_of(data[begin:end]):
+                return begin + cut
+    return None
 
 
-def _in_remark(source: Source, at: int) -> bool:
-    """Tell whether a place of a line stands in a comment in parentheses."""
-    before = source.data[source.data.rfind(b"\n", 0, at) + 1 : at]
-    return before.count(b"(") > before.count(b")")
+def _hidden(source: Source) -> int | None:
+    """Return the place of the first semicolon with a block behind it that is not in a remark, looked for among the first ones."""
+    import re
+    from itertools import islice
+
+    found = re.finditer(_BEHIND_SEMICOLON.sign, source.data, re.IGNORECASE)
+    for at in (one.start() for one in islice(found, _LOOKED)):
+        before = source.data[source.data.rfind(b"\n", max(at - MAX_LINE, 0), at) + 1 : at]
+        if before.count(b"(") <= before.count(b")"):
+            return at
+    return None
 
 
 def _lengths(head: bytes, lines: bytes, mill: bool) -> _Doubt:
@@ -258,24 +279,16 @@ def _doubts(
     if language_of(dialect) in BOTH and least_increment is None:
         asked.append(_lengths(head, lines, dialect == "fanuc") if of_fanuc else _INCREMENTS)
     asked += [_NO_THEN] if of_fanuc else []
-    found = [(doubt, doubt.found(head, lines)) for doubt in asked]
+    found = [(doubt, match.start("word") if (match := doubt.found(head, lines)) else None) for doubt in asked]
     if of_fanuc:
-        import re
-
-        slashes = re.finditer(_SLASH.sign, source.data)
-        found.append((_SLASH, next((one for one in slashes if _within(source, one.start())), None)))
-        hidden = re.finditer(_BEHIND_SEMICOLON.sign, source.data, re.IGNORECASE)
-        found.append(
-            (_BEHIND_SEMICOLON, next((one for one in hidden if not _in_remark(source, one.start())), None))
-        )
+        found += [(_SLASH, _cut(source)), (_BEHIND_SEMICOLON, _hidden(source))]
         from cncgen.gcode.main_program import main_behind
 
         main = main_behind(source)
         if main is not None:
             yield main
-    for doubt, match in found:
-        if match is not None:
-            at = match.start("word")
+    for doubt, at in found:
+        if at is not None:
             begin = source.data.rfind(b"\n", 0, at) + 1
             line = source.data[:begin].count(b"\n") + 1
             column = len(source.data[begin:at].decode("utf-8", "replace")) + 1
