@@ -228,35 +228,75 @@ def calm(
                         x[order, n, 1, d] = 0.5 * (x[order, n, 0, d] + x[order, n, 2, d])
 
 
+@cython.cfunc
+@cython.inline
+@cython.nogil
+@cython.exceptval(check=False)
+def _differs(
+    x: cython.const[cython.double][:, :, :, ::1],
+    order: cython.Py_ssize_t,
+    n: cython.Py_ssize_t,
+    d: cython.Py_ssize_t,
+    first: cython.double,
+    second: cython.double,
+) -> cython.double:
+    """How far values at the quarter points are from the parabola through the three of axis d of interval n; 0 where that is infinite."""
+    one = fabs(first - (0.375 * x[order, n, 0, d] + 0.75 * x[order, n, 1, d] - 0.125 * x[order, n, 2, d]))
+    other = fabs(second - (-0.125 * x[order, n, 0, d] + 0.75 * x[order, n, 1, d] + 0.375 * x[order, n, 2, d]))
+    return max(one, other) if one < _INFINITE and other < _INFINITE else 0.0
+
+
 def concealed(
-    at: cython.const[cython.longlong][::1],
     s: cython.const[cython.double][::1],
-    x3: cython.const[cython.double][:, :, ::1],
-    quarters: cython.const[cython.double][:, ::1],
+    spline: cython.const[cython.schar][::1],
+    x: cython.const[cython.double][:, :, :, ::1],
+    seen: cython.const[cython.double][:, :, :, ::1],
+    top: cython.const[cython.double][:, ::1],
+    acceleration: cython.const[cython.double][::1],
     believed: cython.double,
     excess: cython.double,
     out: cython.double[:, ::1],
+    lost: cython.double[::1],
 ) -> None:
-    """Fill ``out[at]`` with what x''' differs at the quarter points from the parabola through its three values, times `excess`.
+    """Fill `out` with what x''' differs at the quarter points from the parabola through its three values, times `excess`,
+    and `lost` with the part of the acceleration of an axis that what x'' differs by may take.
 
-    At a cusp there is nothing to compare: 0.
+    At a cusp there is nothing to compare: 0. No more than the acceleration of an axis is used for its curvature, which
+    bounds the speed besides `top`.
 
     Args:
-        at: Shape (k,), numbers of the intervals.
         s: Shape (n + 1,), nodes.
-        x3: Shape (n, 3, axes), third derivatives at the start, middle and end of each interval.
-        quarters: Shape (2 k, axes), those at a quarter and three quarters of each interval `at`.
-        believed: Largest of these that is believed, times the square of the length.
+        spline: Shape (n,), which intervals are looked at, if x''' is not 0 on them; 0 for the others.
+        x: Shape (4, n, 3, axes), derivatives at the start, middle and end of each interval.
+        seen: Shape (4, n, 4, axes), those of the path at its start and quarters.
+        top: Shape (n, 3), the largest q at the start, middle and end.
+        acceleration: Shape (axes,).
+        believed: Largest x''' at the quarters that is believed, times the square of the length.
         excess: The factor.
         out: Shape (n, axes).
+        lost: Shape (n,).
     """
+    q: cython.double
+    bent: cython.bint
     with cython.nogil:
-        for i in range(at.shape[0]):
-            n = at[i]
+        for n in range(out.shape[0]):
+            lost[n] = 0.0
             most = believed / ((s[n + 1] - s[n]) * (s[n + 1] - s[n]))
+            q = max(top[n, 0], top[n, 1], top[n, 2])
+            bent = False
             for d in range(out.shape[1]):
-                one = 0.375 * x3[n, 0, d] + 0.75 * x3[n, 1, d] - 0.125 * x3[n, 2, d]
-                other = -0.125 * x3[n, 0, d] + 0.75 * x3[n, 1, d] + 0.375 * x3[n, 2, d]
-                one = fabs(min(max(quarters[2 * i, d], -most), most) - one)
-                other = fabs(min(max(quarters[2 * i + 1, d], -most), most) - other)
-                out[n, d] = excess * max(one, other) if one < _INFINITE and other < _INFINITE else 0.0
+                out[n, d] = 0.0
+                bent = bent or x[3, n, 0, d] != 0.0 or x[3, n, 1, d] != 0.0 or x[3, n, 2, d] != 0.0
+            if not (bent and spline[n]):
+                continue
+            for d in range(out.shape[1]):
+                one = min(max(seen[3, n, 1, d], -most), most)
+                other = min(max(seen[3, n, 3, d], -most), most)
+                out[n, d] = excess * _differs(x, 3, n, d, one, other)
+                used = max(fabs(x[2, n, 0, d]), fabs(x[2, n, 1, d]), fabs(x[2, n, 2, d]))
+                if used > 0.0:
+                    q = min(q, acceleration[d] / used)
+            for d in range(out.shape[1]):
+                bulge = _differs(x, 2, n, d, seen[2, n, 1, d], seen[2, n, 3, d])
+                if bulge > 0.0:
+                    lost[n] = max(lost[n], bulge * q / acceleration[d])

@@ -172,16 +172,17 @@ def _intervals(
     toolpath, path, feeds, cap = block.toolpath, block.path, block.feeds, block.cap
     every, corners = classified
     n = len(s) - 1
-    places = np.empty((n, 2))
-    places[:, 0], places[:, 1] = s[:-1], 0.5 * (s[:-1] + s[1:])
-    seen = path.evaluate(places.ravel(), 3).reshape(4, n, 2, -1)
+    length = np.diff(s)
+    places = s[:-1, None] + length[:, None] * (0.0, 0.25, 0.5, 0.75)
+    places[:, 2] = 0.5 * (s[:-1] + s[1:])
+    seen = path.evaluate(places.ravel(), 3).reshape(4, n, 4, -1)
     node = nearest(s, corners.s)
     x = np.empty((4, n, 3, seen.shape[3]))
-    x[:, :, :2], x[:, :-1, 2] = seen, seen[:, 1:, 0]
+    x[:, :, :2], x[:, :-1, 2] = seen[:, :, ::2], seen[:, 1:, 0]
     # Breakpoints that no setpoint can tell apart are one node, whose sides are those of the first and of the last.
     x[:, node[1:] - 1, 2] = sides[0][:, 1:]
     x[:, node[:-1], 0] = sides[1][:, :-1]
-    row = path.row_of(places[:, 1])
+    row = path.row_of(places[:, 2])
     flat = np.repeat(row, 3)
     top, limit = bounds.top(
         feeds.speed[flat], feeds.limit[flat], *(each.reshape(3 * n, -1) for each in x[1:3])
@@ -200,8 +201,9 @@ def _intervals(
     kind[stop[:-1]] = LEAVE
     kind[stop[1:]] = ENTER
     kind[node[:-1][lines]] = LINE
-    _calm(x, np.diff(s), kind == SPLINE)
-    x3_excess, bulging = _concealed(path, s, kind, x, top3, bounds)
+    spline = kind == SPLINE
+    _calm(x, length, spline)
+    x3_excess, bulging = _concealed(s, spline, x, seen, top3, bounds)
     mesh = Mesh(
         toolpath=toolpath,
         path=path,
@@ -320,38 +322,32 @@ def _factors(s: Floats, corners: Corners) -> Floats:
 
 
 def _concealed(
-    path: Path, s: Floats, kind: NDArray[np.int8], x: Floats, top: Floats, bounds: AxisLimits
+    s: Floats, spline: NDArray[np.bool_], x: Floats, seen: Floats, top: Floats, bounds: AxisLimits
 ) -> tuple[Floats, Ints]:
     """Return by how much |x'''| within an interval may exceed what its three values show, shape (n, axes), and the intervals that bulge.
 
-    The kernel takes x'' and x''' as quadratics over an interval. The path is evaluated at the quarter points too. The first
-    result is the difference of x''' from the quadratic there, times `_EXCESS`. An interval bulges where what x'' differs by may take more than `_BULGE`
+    The kernel takes x'' and x''' as quadratics over an interval. The first result is the difference of x''' from the quadratic
+    at the quarter points, times `_EXCESS`. An interval bulges where what x'' differs by may take more than `_BULGE`
     of the acceleration of an axis, as between the nodes of a curve on which a slow axis turns back. Intervals beside a rest are left
     out: v³ grows as s² there, and at a rest in a cusp x''' is rounding.
 
     Args:
-        path: The path.
         s: Shape (n + 1,), nodes.
-        kind: Shape (n,), the kind of each interval.
+        spline: Shape (n,), which intervals are beside no rest.
         x: Shape (4, n, 3, axes), derivatives at the start, middle and end of each interval.
-        top: Shape (n, 3), the largest q there.
+        seen: Shape (4, n, 4, axes), those of the path at its start and quarters.
+        top: Shape (n, 3), the largest q at the start, middle and end.
         bounds: Limits.
     """
-    out, bulge = np.zeros((2, x.shape[1], x.shape[3]))
-    at = np.flatnonzero((kind == SPLINE) & x[3].any(axis=(1, 2)))
-    if not len(at):
-        return out, at
-    quarters = s[at, None] + np.diff(s)[at, None] * (0.25, 0.75)
-    there = path.evaluate(quarters.ravel(), 3)
-    node_places.concealed(at, s, x[3], there[3], _BELIEVED, _EXCESS, out)
-    node_places.concealed(at, s, x[2], there[2], np.inf, 1.0, bulge)
-    used = np.abs(x[2, at]).max(axis=1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        # No more than the acceleration of an axis is used for its curvature.
-        q = np.fmin(top[at].max(axis=1), np.fmin.reduce(bounds.acceleration / used, axis=1))
-        lost = np.fmax.reduce(bulge[at] * q[:, None] / bounds.acceleration, axis=1)
-    long = np.diff(s)[at] > 2.0 * resolution(bounds, x[1, at, 1])
-    return out, at[(lost > _BULGE) & long]
+    out, lost = np.empty((len(x[0]), x.shape[3])), np.empty(len(x[0]))
+    node_places.concealed(
+        s, spline.view(np.int8), x, seen, top, bounds.acceleration, _BELIEVED, _EXCESS, out, lost
+    )
+    bulging = np.flatnonzero(lost > _BULGE)
+    if len(bulging):
+        long = np.diff(s) > 2.0 * resolution(bounds, x[1, :, 1])
+        bulging = bulging[long[bulging]]
+    return out, bulging
 
 
 def _chords(toolpath: Toolpath, row: Ints, bounds: AxisLimits) -> Floats:

@@ -78,23 +78,28 @@ def test_spacing_grows_back_from_a_place_that_is_fine_for_the_sake_of_the_next()
 
 
 @given(st.integers(0, 2**32 - 1))
-def test_third_derivatives_at_the_quarter_points_are_compared_with_the_parabola(seed: int) -> None:
+def test_derivatives_at_the_quarter_points_are_compared_with_the_parabola(seed: int) -> None:
     """Lagrange's parabola through three values, by numpy; at a cusp, where one of them is no number, there is nothing to compare."""
     random = np.random.default_rng(seed)
     s = np.cumsum(random.uniform(0.01, 1.0, 9))
-    x3, quarters = random.normal(size=(8, 3, 2)), random.normal(scale=5.0, size=(6, 2))
-    at = np.array([1, 4, 7])
-    quarters[3, 0] = np.nan
-    found = np.zeros((8, 2))
-    node_places.concealed(at, s, x3, quarters, 0.3, 2.5, found)
-    for k, n in enumerate(at):
+    x, seen = random.normal(size=(4, 8, 3, 2)), random.normal(scale=5.0, size=(4, 8, 4, 2))
+    top, acceleration = random.uniform(0.1, 10.0, (8, 3)), random.uniform(1.0, 9.0, 2)
+    spline = random.integers(0, 2, 8).astype(np.int8)
+    seen[2:, 4, 3, 0] = np.nan
+    found, lost = np.empty((8, 2)), np.empty(8)
+    node_places.concealed(s, spline, x, seen, top, acceleration, 0.3, 2.5, found, lost)
+    for n in np.flatnonzero(spline):
+        bulge = np.empty(2)
         for axis in range(2):
-            parabola = np.polyfit([0.0, 0.5, 1.0], x3[n, :, axis], 2)
+            there = seen[:, n, 1::2, axis]
+            second, third = (np.polyfit([0.0, 0.5, 1.0], x[order, n, :, axis], 2) for order in (2, 3))
             believed = 0.3 / (s[n + 1] - s[n]) ** 2
-            there = np.clip(quarters[2 * k : 2 * k + 2, axis], -believed, believed)
-            apart = np.nan_to_num(np.abs(there - np.polyval(parabola, [0.25, 0.75])).max(), nan=0.0)
-            assert found[n, axis] == pytest.approx(2.5 * apart, rel=1e-9, abs=1e-12)
-    assert not found[[0, 2, 3, 5, 6]].any()
+            apart = np.abs(np.clip(there[3], -believed, believed) - np.polyval(third, [0.25, 0.75])).max()
+            assert found[n, axis] == pytest.approx(2.5 * np.nan_to_num(apart, nan=0.0), rel=1e-9, abs=1e-12)
+            bulge[axis] = np.nan_to_num(np.abs(there[2] - np.polyval(second, [0.25, 0.75])).max(), nan=0.0)
+        q = min(top[n].max(), (acceleration / np.abs(x[2, n]).max(axis=0)).min())
+        assert lost[n] == pytest.approx((bulge * q / acceleration).max(), rel=1e-9)
+    assert not found[spline == 0].any() and not lost[spline == 0].any()
 
 
 @pytest.mark.parametrize("rows", [(1000, 6000), (6000, 1000), (6000, 5800)])
