@@ -261,6 +261,7 @@ class Hand:
         out[both(use(found.velocity[: count + 1], self.bounds.velocity))] = Limit.VELOCITY
         speed = _speed(found.velocity[: count + 1])
         out[both(speed > _BINDS * np.append(nodes.feed[:1], nodes.feed[:count]))] = Limit.FEED
+        out[nodes.least[:count] > _BINDS * found.step[:count]] = Limit.FEED
         return out
 
 

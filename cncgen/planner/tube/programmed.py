@@ -59,7 +59,7 @@ class RowLines:
 class Programmed:
     """Moving rows of the program, from `base` on; numbers of rows count from the start of the program.
 
-    Columns by row: `line`, `length`, `curved`, `source`, `feed` (mm/s), `tolerance` (mm), `free` (planned within the tolerance), `entry` and `leave`
+    Columns by row: `line`, `length`, `curved`, `source`, `feed` (mm/s), `least` (s), `tolerance` (mm), `free` (planned within the tolerance), `entry` and `leave`
     (unit tangents, scaled), `bent` (curvature at its end), `turn` (of an arc, mm; infinite for others), `stop` (the motion rests at its start), `rest` (it does so for an event
     or an exact stop), `exact` (no tolerance applies), `met` (the plan meets its start exactly), `joint` (it does not go on as the row before it does), `start` and `end` (scaled).
     """
@@ -175,12 +175,17 @@ class Programmed:
         turn[arc] = 2.0 * np.pi / np.sqrt((bent[arc] ** 2).sum(axis=1))
         exact = ~loose(toolpath)[rows]
         within = ~exact & path.moves_xyz[rows]
+        # The feed is that of X Y Z, whose way may all lie within the tolerance. So it is the pace of the other axes as well.
+        others = (toolpath.kind[rows] == Kind.NURBS) | (toolpath.end[rows] != toolpath.starts[rows])[
+            :, 3:
+        ].any(axis=1)
         return {
             "line": toolpath.line[rows],
             "source": toolpath.source[rows],
             "length": length,
             "curved": toolpath.kind[rows] != Kind.LINE,
             "feed": feed,
+            "least": np.divide(length, feed, out=np.zeros(len(rows)), where=others & (feed > 0)),
             "free": within & (np.abs(path.per_feed[rows] - 1.0) < 1e-9) & (feed > 0),
             "exact": exact,
             "tolerance": np.where(within, USED * toolpath.tolerance[rows], self._chord),

@@ -63,6 +63,7 @@ class Nodes:
         part: Shape (k,): part of that row.
         vertex: Shape (k,): row that starts at the node, −1 where it lies within one.
         feed: Shape (k,).
+        least: Shape (k,): least time from the node before, s; 0 where the feed of X Y Z is all that holds.
         count: Shape (k,): rows of room.
         centre, direction: Shape (rooms, n).
         radius, allowed: Shape (rooms,): room, and the tolerance that it is of.
@@ -83,6 +84,7 @@ class Nodes:
     part: Floats
     vertex: Ints
     feed: Floats
+    least: Floats
     count: Ints
     centre: Floats
     direction: Floats
@@ -185,6 +187,8 @@ def nodes_of(
     feeds = feed[found].copy()
     inner = last & (found + 1 < len(feed))
     feeds[inner] = np.minimum(feeds[inner], feed[found[inner] + 1])
+    least = program.column("least")[own]
+    upto = np.cumsum(least) - least
     laid = _Laid(program, own, places, node, vertex, found, part, point, tangent)
     near = program.nearest(point, first + found, part)
     loose, looser = laid.loose(near[1], scales.part)
@@ -209,6 +213,7 @@ def nodes_of(
         part,
         vertex,
         feeds,
+        np.diff(upto[found] + part * least[found], prepend=within[0] * least[0]),
         *rooms,
     )
 

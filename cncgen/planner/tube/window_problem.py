@@ -42,6 +42,7 @@ class Problem:
         radius: Shape (rows,): how near the node is to it, mm.
         bow: Shape (rows,): time squared, s², that the acceleration counts for: place p + bow a is that near, p itself where it is 0.
         feed: Shape (N + 1,): speed over the weighed axes, infinite for none.
+        shortest: Shape (N,): least of the time between nodes, s; the first guess takes more.
         longest: Shape (N,): most of the time between nodes, s; a guess that takes nearly as long may take half of its own more.
         between: Shape (N,): speed to which an interval is held between its nodes, its axes as well; infinite where it need not be.
         start, goal: Shape (3, n): position, velocity and acceleration at both ends.
@@ -61,6 +62,7 @@ class Problem:
     radius: Floats
     bow: Floats
     feed: Floats
+    shortest: Floats
     longest: Floats
     between: Floats
     start: Floats
@@ -130,7 +132,7 @@ class Search:
             rows=self.rows,
             feed=feed,
             between=self.between,
-            hlow=np.full(steps, _SHORTEST),
+            hlow=np.maximum(given.shortest / given.step, _SHORTEST),
             hhigh=np.clip(given.longest / given.step, _MORE, _MOST_TIME),
             goal=state[-1].copy(),
             x=state,

@@ -254,6 +254,7 @@ class Rounds:
             radius=self._radius[rooms],
             bow=nodes.chord[rooms] * bounds.period_s**2 / 8.0,
             feed=feed,
+            shortest=0.9999 * nodes.least,
             longest=self._longest(),
             between=np.where(self._held, np.maximum(feed[1:], feed[:-1]), np.inf),
             start=start[:, columns],

@@ -78,7 +78,7 @@ def _between(given: Problem, before: Solved) -> float:
 def _along(given: Problem, nodes: Nodes, part: float, bent: float, slow: bool) -> Guess:
     """Return a part of the speed of the plan on its path, at the pace of corners at least unless it is `slow`, with a part of the acceleration of that."""
     steps, speeds = (nodes.plan_step, nodes.plan_speed) if slow else (nodes.step, nodes.speed)
-    steps = np.maximum(steps, 1e-3 * nodes.step) / part
+    steps = np.maximum(np.maximum(steps, 1e-3 * nodes.step) / part, given.shortest / _WITHIN)
     speed = part * np.concatenate([[0.0], speeds])[:, None] * given.tangent
     speed[0], speed[-1] = given.start[1], given.goal[1]
     inner = speed[1:-1]

@@ -182,6 +182,24 @@ def test_a_change_of_feed_is_made_where_the_tolerance_lets_the_faster_row_reach(
     assert 0.999 < seconds / least < 1.005
 
 
+@pytest.mark.parametrize(
+    ("mode", "feeds"), [("G93", (60.0, 60.0)), ("G94", (0.3, 0.3)), ("G93", (60.0, 120.0))]
+)
+def test_the_feed_of_x_is_the_pace_of_a_rotary_axis_where_the_tolerance_lets_x_stand(
+    mode: str, feeds: tuple[float, float]
+) -> None:
+    """Rows of 5° and 5 µm to and fro, a second each by either kind of feed, or half a second: P0.05 once took a tenth of that.
+
+    A rests at both ends: by seven phases (no velocity limit is near) that takes no more than v/a + a/j longer, 0.04 s.
+    """
+    rows = [f"G1 X{0.005 * (k % 2)} A{5 * k} F{feeds[k % 2]}" for k in range(1, 21)]
+    time, _ = planned(
+        "\n".join(["G21 G90 G64 P0.05", mode, *rows, "M2"]), cncgen.load_machine("generic-mill")
+    )
+    programmed = 10.0 * (60.0 / feeds[0] + 60.0 / feeds[1]) if mode == "G93" else 20.0
+    assert 0.9998 * programmed <= time <= programmed + 0.1
+
+
 def test_a_way_back_by_two_right_angles_is_left_out_within_the_tolerance() -> None:
     """From rest to rest jerk alone bounds an axis, so its way d takes (32 d/J)^(1/3) at least."""
     jerk, ends = 2e4, [(0.003, -0.022), (0.012, -0.048), (0.044, -0.037), (0.05, -0.054), (0.008, -0.07), (0.037, -0.074), (0.031, -0.051)]  # fmt: skip
@@ -596,7 +614,7 @@ def straight(length: float, nodes: int) -> tuple[Problem, Floats]:
     given = Problem(
         np.full(2, V), np.full(2, A), np.full(2, J), np.ones(2), point, np.tile(t, (nodes + 1, 1)), np.full(nodes, 2.0 * h),
         np.concatenate([[0, 0], np.arange(1, nodes), [nodes - 1]]).astype(np.int64), point[1:-1].copy(), np.tile(t, (nodes - 1, 1)),
-        np.full(nodes - 1, 1e-3), np.zeros(nodes - 1), np.full(nodes + 1, np.inf), np.full(nodes, np.inf), np.full(nodes, np.inf), rest, goal, 1e-3,
+        np.full(nodes - 1, 1e-3), np.zeros(nodes - 1), np.full(nodes + 1, np.inf), np.zeros(nodes), np.full(nodes, np.inf), np.full(nodes, np.inf), rest, goal, 1e-3,
     )  # fmt: skip
     return given, velocity[:, None] * t
 
