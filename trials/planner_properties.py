@@ -225,6 +225,22 @@ def reversing(case: Case) -> None:
     )
 
 
+def pace(case: Case) -> None:
+    """Rows on which rotary axes move take together no less than their feeds ask: 0.1 %, and two periods where they meet others."""
+    asked, taken = 0.0, 0.0
+    turning: set[int] = set()
+    for tp in case.toolpaths:
+        turns = (tp.kind != Kind.EVENT) & (tp.feed_mode != FeedMode.RAPID)
+        turns &= (tp.end != tp.starts)[:, 3:].any(axis=1)
+        timed = tp.feed_mode == FeedMode.INVERSE_TIME
+        asked += (np.where(timed, 1.0, tp.path.feed_length) / tp.feed)[turns].sum()
+        turning.update(tp.line[turns].tolist())
+    for each in planned(case).trajectories:
+        time = np.diff(np.interp(each.row_s, each.profile.s, each.profile.t))
+        taken += time[np.isin(each.toolpath.line, list(turning))].sum()
+    assert taken >= 0.999 * asked - 2.0 * case.machine.period_s, f"{taken:.6g} s of {asked:.6g} s"
+
+
 def bounds(case: Case) -> None:
     """No longer than with a stop at every junction, no shorter than by velocity and acceleration alone, within the tolerance."""
     one = planned(case).time
@@ -455,6 +471,7 @@ PROPERTIES: dict[str, tuple[Callable[[Case], None], st.SearchStrategy[Case]]] = 
     "splitting": (splitting, st.one_of(cases(modes=("G61", "G64")), chains())),
     "relaxing": (relaxing, cases()),
     "reversing": (reversing, cases()),
+    "pace": (pace, cases(modes=("G64",))),
     "bounds": (bounds, cases()),
     "tolerances": (tolerances, outlines()),
     "chords": (chords, outlines()),

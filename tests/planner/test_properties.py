@@ -25,7 +25,9 @@ ROOT = Path(__file__).resolve().parents[2]
 ALIKE = ((100.0, 1000.0, 1e4),) * 4
 
 
-@pytest.mark.parametrize("name", ["limits", "continuous", "splitting", "reversing", "bounds", "tolerances"])
+@pytest.mark.parametrize(
+    "name", ["limits", "continuous", "splitting", "reversing", "pace", "bounds", "tolerances"]
+)
 def test_random_programs(name: str) -> None:
     """Each property on a few random paths."""
     check, drawn = properties.PROPERTIES[name]
