@@ -6,8 +6,10 @@ Expected motions are counted by hand from the texts.
 from __future__ import annotations
 
 import io
+import os
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -238,3 +240,23 @@ def test_faults_of_a_run_of_lines_take_time_as_their_number() -> None:
 
     # As the number: 8; as its square, 64.
     assert taken(8_000) < 20.0 * max(taken(1_000), 0.02)
+
+
+def test_a_folder_is_listed_once_however_many_programs_are_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each missing program listed the folder anew: 100,000 of them beside 1,500 files took minutes."""
+    listed: list[object] = []
+    all_of = os.listdir
+
+    def count(folder: Any) -> list[str]:
+        listed.append(folder)
+        return all_of(folder)
+
+    monkeypatch.setattr(os, "listdir", count)
+    program = tmp_path / "part.mpf"
+    program.write_text("".join(f"FOO{k}(1)\n" for k in range(50)) + "M30\n")
+    found = Diagnostics()
+    check(program, program.name, diagnostics=found, options=ReadOptions(dialect="sinumerik"))
+    assert {one.code for one in found if one.severity == "error"} == {"sub-missing"}
+    assert len(listed) == 1

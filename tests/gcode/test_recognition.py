@@ -236,6 +236,12 @@ UNREAD = [
     ("%0068\nG90 G17 M03 S600\nG43 Z-5 H02\nG68 X0 Y0 P45\nG01 X20 F300\nG69 M05 M30", "Huazhong"),
     ("$1\nO0001\nG50 Z0.\nM06 T0100\nG1 X-0.5 F0.03\n$2\nG610\nM30", "Citizen"),
     ("E001=10 17 16 09 08 10 50 12 05 08 10.0 4.70 G95 100\nG90 G21\nG92 X0. Y0.\nE1\nG1 G42 H1 X0. Y5.\nM2", "AccuteX"),
+    # With a macro as FANUC has it; subprograms at the head; a script with O-words.
+    ("E001=10 11 10 10 05 15 45\nG92 X0. Y0.\n#6=1.0\nN100\nG1 G41 H#6 X5. Y0.\n#6=#6+1\nIF [#6 LE 2] GOTO 100\nM2", "AccuteX"),
+    ("N1 O1 (HOLES)\nN2 L100\nN3 X-36. Y25.2\nN7 M17\nN11 M30\nN13 M6 T2\nN15 G0 G90 X0 Y0 E1 M8\nN16 H2 Z20.\n"
+     "N18 G98 G83 X0 Y0 Z-3.35 R2. F40. L0 Q1. P0.500\nN19 L101\nN20 G80\nN50 M2", "Fadal"),
+    ("o<skp> if [#<_skipmeasure> GT 0]\n(msg,Skipped)\no<skp> endif\n(dlgname)\n(dlg, Tool Number, dec=0, param=num)\n"
+     "(dlgshow)\nG53 G00 Z10\nM2", "PlanetCNC"),
     ("O7000\nG90 G54\nT01 M06\nG43 H01 Z20.\nG98 G77 X10. Y10. Z-12. R2. J1.25 S1500 L3000\nG80\nM30", "Brother"),
     ("N0030 G95 G97\nN0050 G00 X40.000 Z2.000\nN0060 G84 X30. Z-20. P0=0 P2=0 D0=1000 D3=500 F200\nN0070 M30", "EMCO"),
 ]  # fmt: skip

@@ -183,6 +183,16 @@ def name_position(ip: Interpreter, block: Block) -> None:
     set_g92(ip, offset)
 
 
+def place_by_hand(ip: Interpreter, block: Block) -> None:
+    """G92.4 of Smoothieware (Makera's Carvera), which homes axes by hand: the position has these coordinates from here on."""
+    unread = (
+        "; R and S, which take whole turns off on Carvera, are not" if {"r", "s"} & block.words.keys() else ""
+    )
+    message = f"G92.4 tells the machine where its axes are (Smoothieware): read as G92, for the program alone{unread}"
+    ip.warn_once("other-control", message, "G92.4", "write G92 for other controls")
+    name_position(ip, block)
+
+
 def set_g92(ip: Interpreter, offset: list[float]) -> None:
     ip.parameters.set_offset(G92, offset, ip.table_scale())
     _apply_g92(ip, offset, True)
@@ -226,6 +236,8 @@ CODES = (
         refused=CHANGES_ORIGIN),
     Code("G", 920, "non-modal", Stage.REFERENCE, name_position, "name the position", AXES, "own", dialects=("linuxcnc",),
         refused=CHANGES_ORIGIN),
+    Code("G", 924, "non-modal", Stage.REFERENCE, place_by_hand, "name the position (Smoothieware)", AXES + "rs", "own", takes="s",
+        dialects=("linuxcnc",), refused=CHANGES_ORIGIN),
     Code("G", 921, "non-modal", Stage.REFERENCE, clear_position, "forget the offset of G92", "", "own", dialects=("linuxcnc",)),
     Code("G", 922, "non-modal", Stage.REFERENCE, suspend_position, "suspend the offset of G92", "", "own", refused=CHANGES_OFFSETS,
         restores=("g92_on", False)),

@@ -6,6 +6,7 @@ import os
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from functools import lru_cache
 
 from cncgen.diagnostics import UsageError
 from cncgen.gcode.source import Source, open_source
@@ -20,9 +21,10 @@ SUFFIXES = (".ngc", ".nc", ".gcode", ".tap", ".cnc", ".txt", "")
 
 
 def search_path(program: str | os.PathLike[str] | None, include: Sequence[Path]) -> list[Path]:
-    """Return the folders in which subprograms are looked for, in order."""
+    """Return the folders in which subprograms are looked for, in order, as they are when a run begins."""
     from pathlib import Path
 
+    _listed.cache_clear()
     return ([Path(program).parent] if program else []) + list(include)
 
 
@@ -58,13 +60,21 @@ def candidates(folder: Path, name: str, suffixes: Sequence[str] = SUFFIXES) -> l
     try:
         if _holds(folder, exact):
             return [exact]
-        if not folder.is_dir():
-            return []
+        listed = _listed(folder)
         wanted = [f"{spelling}{suffix}".lower() for spelling in _spellings(name) for suffix in suffixes]
-        found = [path for path in folder.iterdir() if path.name.lower() in wanted and _holds(folder, path)]
-        return sorted(found, key=lambda path: (wanted.index(path.name.lower()), path.name))
+        found = [folder / file for lower in dict.fromkeys(wanted) for file in listed.get(lower, ())]
+        return [path for path in found if _holds(folder, path)]
     except (OSError, ValueError):  # no name of a file: too long, or with a NUL
         return []
+
+
+@lru_cache(maxsize=16)
+def _listed(folder: Path) -> dict[str, list[str]]:
+    """Return the names in a folder by their lower case: listed once a run, since calls of missing files may be many."""
+    names: dict[str, list[str]] = {}
+    for name in sorted(os.listdir(folder)) if folder.is_dir() else ():
+        names.setdefault(name.lower(), []).append(name)
+    return names
 
 
 def _holds(folder: Path, path: Path) -> bool:

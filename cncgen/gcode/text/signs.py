@@ -76,6 +76,7 @@ UNREAD = {
     "okuma": "Okuma's OSP controls",
     "osai": "OSAI's controls",
     "rexroth": "Bosch's and Rexroth's controls",
+    "planetcnc": "PlanetCNC's macros",
     "printer": "3D printers (Marlin, RepRap)",
     "roland": "Roland's milling machines (RML-1)",
     "shopbot": "ShopBot's routers",
@@ -94,7 +95,7 @@ def _of(control: str, weight: float, reason: str, pattern: bytes, *texts: bytes)
 
 
 _ELSEWHERE = (
-    _of("accutex", 20, "a condition of discharge", rb"^[ \t]*E\d{3}[ \t]*=[ \t]*\d+[ \t]+\d", b"="),
+    _of("accutex", 45, "a condition of discharge", rb"^[ \t]*E\d{3}[ \t]*=[ \t]*\d+[ \t]+\d", b"="),
     _of("acramatic", 20, "a block that begins with :", rb"^:[ \t]*(?:" + BLOCK_NUMBER + rb"|\d+)?[ \t]*[GTMXYZ][ \t]*\d", b":"),
     _of("cncjs", 20, "a line of CNCjs", rb"^[ \t]*%(?:WAIT\b|[A-Z_]\w*[ \t]*=[^=])", b"%WAIT", b"%"),
     _of("acramatic", 15, "the name of a program of Acramatic", rb"^\(ID,[ \t]*PROG", b"(ID,"),
@@ -123,6 +124,7 @@ _ELSEWHERE = (
     _of("nccad", 12, "a switch of a port", rb"^M10[ \t]+O\d\.[01]\b", b"M10"),
     _of("okuma", 30, "the head of a file of Okuma", rb"^[ \t]*\$[\w-]+\.(?:MIN|SUB|SSB|LIB)%", b"$"),
     _of("osai", 20, "a command of three letters", _AT + rb"\((?:UAO|UOT|UIO|URT|UGS|RPT|CLS|EPP|SCF|MIR|ROT|GTO|DLY)[ \t]*,[^)\n]*\)[ \t\r]*$", b"(U", b"(RPT", b"(CLS", b"(EPP", b"(SCF", b"(MIR", b"(ROT", b"(GTO", b"(DLY"),
+    _of("planetcnc", 75, "a dialogue of PlanetCNC", rb"^[ \t]*\((?:DLG[ \t]*,|DLGNAME\b|DLGSHOW\b)", b"(DLG"),
     _of("printer", 20, "the head of a file of a slicer", rb"^;[ \t]*(?:FLAVOR:|LAYER:|LAYER_CHANGE|GENERATED (?:WITH CURA|BY (?:PRUSA|SUPER)?SLIC3?E?R))", b";"),
     _of("printer", 20, "the head of a file for Marlin", rb"^;[ \t]*MARLIN DEVICE PROFILE", b"MARLIN"),
     _of("printer", 20, "a command of Klipper", rb"^[ \t]*(?:SET_VELOCITY_LIMIT|SET_PRESSURE_ADVANCE|EXCLUDE_OBJECT_\w+|BED_MESH_\w+)\b", b"_"),
@@ -147,6 +149,7 @@ _ELSEWHERE_BARE = (
     _of("fadal", 12, "a fixture offset E", rb"^(?:[GMS]" + SIGNED + rb")*X" + SIGNED + rb"Y" + SIGNED + rb"(?:[MS]" + SIGNED + rb")*E\d{1,2}(?:[HMZ]" + SIGNED + rb")*$", b"E"),
     _of("fadal", 20, "no tool and no fixture by H0 E0", rb"(?:H0E0|E0H0)(?![.\d])", b"H0E0", b"E0H0"),
     _of("fadal", 6, "a tool length by H alone", rb"^(?:G90)?H\d{1,2}Z" + SIGNED + rb"(?:M\d+)*$|^(?:G90)?E0X", b"H", b"E0"),
+    _of("fadal", 20, "a subprogram by L and M17", rb"^L\d+00\n(?:[GXYZ][^\n]*\n)+M17$", b"M17"),
     _of("fagor", 12, "a depth I of a cycle", _W + rb"G(?:69|8[1-9])(?![\d.])(?![^\n]*[JR])[^\n]*Z" + _V + rb"[^\nI]*I-[.\d]", b"G69", *(b"G8%d" % digit for digit in range(1, 10))),
     _of("fagor", 12, "a corner by G36 to G39 with R", _W + rb"G3[6-9]R[.\d]", *(b"G3%dR" % digit for digit in range(6, 10))),
     ("tool and offset T1.1", {"fagor": 6.0, "osai": 6.0}, rb"^T(?=\d{1,2}(?!\d))" + _WITH_POINT + rb"(?<=\d)(?<!\d{3})(?:M0?6)?$", (b"T",)),
