@@ -629,6 +629,16 @@ def test_heads_of_mach_and_tormach(run: Any) -> None:
     assert run("G70\nM2", dialect="linuxcnc").errors == [("profile-missing", 1, 1)]
 
 
+def test_heads_of_hurco(run: Any) -> None:
+    """G70 and G71 of BNC programs are units, in a head that has G43 H; with a cycle in force or words they are Haas's patterns."""
+    out = run("O5\nG0 G17 G40 G90 G70\nT1 M6\nG43 Z1. H1\nX1. Y0\nG71\nX2.\nM30")
+    assert points(out)[-2:] == [[25.4, 0, 25.4], [2, 0, 25.4]]
+    assert [d.code for d in out.diagnostics if d.code not in ("dialect", "no-tool-table")] == [
+        "other-control"
+    ] * 2
+    assert run("G81 X1. Z-1. R1. F9.\nG70\nM30", dialect="fanuc").errors == [("cycle-words", 2, 1)]
+
+
 def test_two_tools_before_m6_of_mazak(run: Any) -> None:
     """T1 T2 M6 changes to tool 1 and makes tool 2 ready (Mazak, EIA programming); without M6 two T are an error."""
     out = run("T1 T2 M6\nG0 X1\nM30", dialect="fanuc")

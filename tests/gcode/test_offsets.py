@@ -189,10 +189,10 @@ def test_numbered_systems_of_pathpilot(run: Any) -> None:
     assert run("G21 G54.1 P12 G0 X1\nM2", dialect="linuxcnc").errors[0][:2] == ("system-number", 1)
 
 
-@pytest.mark.parametrize("words", ["A0", "A0 S0", "A0 R0"])
-def test_axes_are_homed_by_hand_on_smoothieware(run: Any, words: str) -> None:
-    """G92.4, the last line of Makera's own programs for a fourth axis: A stands at 720 and is called 0, so 90 more lead to 810."""
-    out = run(f"G21 G90\nG1 A720 F3000\nG92.4 {words}\nG1 A90\nM2")
+@pytest.mark.parametrize("block", ["G92.4 A0", "G92.4 A0 S0", "G92.4 A0 R0", "G28.3 A0"])
+def test_axes_are_homed_by_hand_on_smoothieware_and_tinyg(run: Any, block: str) -> None:
+    """G92.4 is the last line of Makera's own programs for a fourth axis: A stands at 720 and is called 0, so 90 more lead to 810."""
+    out = run(f"G21 G90\nG1 A720 F3000\n{block}\nG1 A90\nM2")
     assert out.errors == []
     assert [d.code for d in out.diagnostics if d.severity.value == "warning"] == ["other-control"]
     assert np.degrees(out.path.end[:2, 3]) == pytest.approx([720.0, 810.0])

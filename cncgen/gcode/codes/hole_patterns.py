@@ -13,6 +13,7 @@ from functools import partial
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.canned_cycles import MAX_REPEATS, Sticky
 from cncgen.gcode.codes.canned_cycles_fanuc import HOLES, PATTERN, check_words, make_holes
+from cncgen.gcode.codes.modes import is_unit
 from cncgen.gcode.codes.places import in_rows, on_circle
 from cncgen.gcode.codes.probing import tell
 from cncgen.gcode.codes.table import IS_CYCLE, Code
@@ -62,6 +63,8 @@ _PATTERNS = {
     360: ("ijkp", "ikp", "k", _arc, "on an arc (Mitsubishi, Mazak)", "G36 X30. Y-10. I30. J10. P15. K8"),
     371: ("ijkp", "ijkp", "p", _grid, "on a grid (Mitsubishi, Mazak)", "G37.1 X30. Y-10. I5. P10 J10. K8"),
 }  # fmt: skip
+#: Units that codes with these numbers are without words, where no cycle is in force (Hurco, DIN 66025).
+_UNITS = {700: 200, 710: 210}
 #: Values that codes of Haas with these numbers measure and set, outside of cycles ("G35", "G36").
 _MEASURES = {350: "the tool's diameter", 360: "the origin"}
 
@@ -72,6 +75,8 @@ def _pattern(ip: Interpreter, block: Block, number: int) -> None:
     state, words = ip.state, block.words
     turning = counts == "l" and {"p", "q"} <= words.keys()
     if state.motion not in HOLES or not isinstance(state.cycle, Sticky) or turning:
+        if number in _UNITS and is_unit(ip, block, name, _UNITS[number]):
+            return
         if number in _MEASURES and state.motion == 10 and not words.keys().isdisjoint("xyz"):
             # The line in force has gone to the place.
             tell(ip, name, _MEASURES[number])

@@ -50,6 +50,20 @@ def _units(ip: Interpreter, block: Block, inches: bool) -> None:
                 vector[index] *= factor
 
 
+def is_unit(ip: Interpreter, block: Block, name: str, unit: int) -> bool:
+    """Take G70 or G71 without words as inches or millimetres, and say so: Mach, Hurco, Siemens and DIN 66025 have them, as a cycle they lack all.
+
+    With the dialect linuxcnc named they are refused, as its own interpreter refuses them.
+    """
+    if block.words or ip.options.stand_alone or ip.options.dialect == "linuxcnc":
+        return False
+    lengths = "inches" if unit == 200 else "millimetres"
+    message = f"{name} without words is taken as the unit of lengths, {lengths}, as Mach, Hurco, Siemens and DIN 66025 have it"
+    ip.warn("other-control", message, name, f"write G{unit // 10}")
+    ip.codes["G", unit].run(ip, block)
+    return True
+
+
 def _first_length(ip: Interpreter, block: Block) -> int:
     """Return the line of the first length other than 0 above a block of the main program, 0 where there is none."""
     if ip.flow is None or block.source != 0:

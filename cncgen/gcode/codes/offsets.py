@@ -6,6 +6,7 @@ Source: Kramer et al. (2000), sections 3.5.5, 3.5.13 and 3.5.18; G52, and G10 L2
 from __future__ import annotations
 
 import math
+from functools import partial
 
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.lines import need_axis
@@ -183,13 +184,15 @@ def name_position(ip: Interpreter, block: Block) -> None:
     set_g92(ip, offset)
 
 
-def place_by_hand(ip: Interpreter, block: Block) -> None:
-    """G92.4 of Smoothieware (Makera's Carvera), which homes axes by hand: the position has these coordinates from here on."""
+def place_by_hand(ip: Interpreter, block: Block, name: str, control: str) -> None:
+    """G92.4 of Smoothieware (Makera's Carvera) and G28.3 of TinyG, which home axes by hand: the position has these coordinates from here on."""
     unread = (
         "; R and S, which take whole turns off on Carvera, are not" if {"r", "s"} & block.words.keys() else ""
     )
-    message = f"G92.4 tells the machine where its axes are (Smoothieware): read as G92, for the program alone{unread}"
-    ip.warn_once("other-control", message, "G92.4", "write G92 for other controls")
+    message = (
+        f"{name} tells the machine where its axes are ({control}): read as G92, for the program alone{unread}"
+    )
+    ip.warn_once("other-control", message, name, "write G92 for other controls")
     name_position(ip, block)
 
 
@@ -236,8 +239,11 @@ CODES = (
         refused=CHANGES_ORIGIN),
     Code("G", 920, "non-modal", Stage.REFERENCE, name_position, "name the position", AXES, "own", dialects=("linuxcnc",),
         refused=CHANGES_ORIGIN),
-    Code("G", 924, "non-modal", Stage.REFERENCE, place_by_hand, "name the position (Smoothieware)", AXES + "rs", "own", takes="s",
-        dialects=("linuxcnc",), refused=CHANGES_ORIGIN),
+    *(
+        Code("G", number, "non-modal", Stage.REFERENCE, partial(place_by_hand, name=f"G{number / 10:g}", control=control),
+            f"name the position ({control})", AXES + "rs", "own", takes="s", dialects=("linuxcnc",), refused=CHANGES_ORIGIN)
+        for number, control in ((283, "TinyG"), (924, "Smoothieware"))
+    ),
     Code("G", 921, "non-modal", Stage.REFERENCE, clear_position, "forget the offset of G92", "", "own", dialects=("linuxcnc",)),
     Code("G", 922, "non-modal", Stage.REFERENCE, suspend_position, "suspend the offset of G92", "", "own", refused=CHANGES_OFFSETS,
         restores=("g92_on", False)),

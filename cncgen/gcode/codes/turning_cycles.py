@@ -15,6 +15,7 @@ from functools import partial
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.lines import check_feed
+from cncgen.gcode.codes.modes import is_unit
 from cncgen.gcode.codes.table import COMPENSATION, Code
 from cncgen.gcode.codes.tools import whole
 from cncgen.gcode.codes.turning_profiles import MAX_CUTS, TINY, Segment, check_cuts, moved_aside, read_profile
@@ -85,20 +86,6 @@ class TurningJob:
     left: bool
 
 
-def _is_unit(ip: Interpreter, block: Block, name: str, unit: int) -> bool:
-    """Take G70 or G71 without words as inches or millimetres, and say so: Mach, Siemens and DIN 66025 have them, as a cycle they lack all.
-
-    With the dialect linuxcnc named they are refused, as its own interpreter refuses them.
-    """
-    if block.words or ip.options.stand_alone or ip.options.dialect == "linuxcnc":
-        return False
-    lengths = "inches" if unit == 200 else "millimetres"
-    message = f"{name} without words is taken as the unit of lengths, {lengths}, as Mach, Siemens and DIN 66025 have it"
-    ip.warn("other-control", message, name, f"write G{unit // 10}")
-    ip.codes["G", unit].run(ip, block)
-    return True
-
-
 def _prepare(ip: Interpreter, block: Block, name: str, swap: bool) -> TurningJob:
     """Check the words, go to X and Z of the block, read the profile and go to before its first point."""
     state = ip.state
@@ -143,7 +130,7 @@ def _is_left(start: complex, profile: list[Segment]) -> bool:
 
 def finish(ip: Interpreter, block: Block) -> None:
     """G70: follow the profile in P passes, from D to E beside it."""
-    if _is_unit(ip, block, "G70", 200):
+    if is_unit(ip, block, "G70", 200):
         return
     words = block.words
     first, last = words.get("d", 0.0), words.get("e", 0.0)
@@ -164,7 +151,7 @@ def finish(ip: Interpreter, block: Block) -> None:
 def _rough(ip: Interpreter, block: Block, swap: bool, kind: int) -> None:
     """G71 (G72 with `swap`), .1 or .2 of it."""
     name = f"G{72 if swap else 71}" + (f".{kind}" if kind else "")
-    if name == "G71" and _is_unit(ip, block, name, 210):
+    if name == "G71" and is_unit(ip, block, name, 210):
         return
     words = block.words
     aside, step, lift = words.get("d", 0.0), words.get("i", 1.0), words.get("r", 0.5)

@@ -10,7 +10,6 @@ MEANING: dict[tuple[str, int], str] = {
     ("G", 54): "high-speed cycle machining",
     # Of TinyG and g2core.
     ("G", 282): "homing of the axes",
-    ("G", 283): "setting the machine's zero",
     ("G", 284): "homing that sets no zero",
     ("G", 340): "thread cutting with a variable lead",
     **dict.fromkeys((("G", 412), ("G", 422)), "three-dimensional cutter compensation"),

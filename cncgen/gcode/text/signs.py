@@ -292,7 +292,7 @@ BARE = (
     _sign("a reference point beside a motion code", _all(4, _F, _T),
           _W + rb"G(?:0?[0-3](?![\d.])[^\n]*G(?:28|30)|(?:28|30)(?![\d.])[^\n]*G0?[0-3])(?![\d.])", b"G28", b"G30"),
     _sign("the words of a cycle kept by L0 or K0", {_F: 8, _T: 3}, _W + rb"G(?:7[34]|8[1-69])(?![\d.])[^\n]*[LK]0(?![\d.])", b"L0", b"K0"),
-    _sign("a skip by G31", {_F: 5, _T: 3}, _W + rb"G31(?![\d.])", b"G31"),
+    _sign("a skip by G31", {_F: 9, _T: 5}, _W + rb"G31(?![\d.])", b"G31"),
     _sign("a call of M98", _all(3, _F, _T), rb"M98P\d", b"M98P"),
     _sign("calls of M98 with their count", _all(3, _F, _T), rb"M98P\d{5,8}(?![\d.])", b"M98"),
     _sign("a block left out by a numbered switch", _all(4, _F, _T), rb"^\x00[2-9]", b"\x00"),
@@ -386,9 +386,13 @@ WITHOUT_NUMBER = rb"^[ \t]*(?P<word>:)[ \t]*(?:[(;]|\r?$)"
 PASSED = (TO_GRBL, TO_SIMULATOR, TO_DENFORD, OF_EDING, OF_MARLIN, WITHOUT_NUMBER)
 #: What stands before the slash of a block that may be left out.
 BEFORE_SLASH = rb"[ \t]*(?:" + BLOCK_NUMBER + rb"[ \t]*)?"
-#: Units, by the tens of their codes, or a computed code that may choose one; a length and a feed ; a lathe's surface
-#: speed and what bounds its spindle (`cncgen.gcode.assumed_units`).
-UNITS = {tens: rb"[Gg][ \t]*(?:0*%d[ \t]*[01](?![\d.])|[\[#])" % tens for tens in (2, 7)}
+#: Units, by the tens of their codes, a computed code that may choose one, or G70 and G71 with codes alone behind them, as Mach and
+#: Hurco have them; a length and a feed; a lathe's surface speed and what bounds its spindle (`cncgen.gcode.assumed_units`).
+UNITS = {
+    tens: rb"[Gg][ \t]*(?:0*%d[ \t]*[01](?![\d.])|[\[#]|7[01](?:[ \t]*[GMgm][ \t]*[\d.]+)*[ \t]*[\r\n])"
+    % tens
+    for tens in (2, 7)
+}
 LENGTH = rb"[XYZxyz](?<![A-Za-z#<].)[ \t]*[-+]?(?P<number>" + _NUMBER + rb")"
 FEED = rb"[Ff](?<![A-Za-z#<].)[ \t]*(?P<number>" + _NUMBER + rb")"
 SURFACE_SPEED, SPEED_BOUND = (
