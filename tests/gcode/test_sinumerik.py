@@ -101,6 +101,8 @@ MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
     "GOTOS": ("DEF REAL ORT=5\nR1=R1+1\nG0 X=R1\nIF R1<3 GOTOS\nY1", [(1,), (2,), (3,), (3, 1)]),
     "CALL BLOCK": ("CALL BLOCK ANF TO ENDE\nG0 Y1\nM30\nANF: G0 X1\nX2\nENDE: X3\nX4", [(1,), (2,), (3,), (3, 1)]),
     "paths of calls": ('DEF STRING[20] WO="/_N_SPF_DIR/_N_UP1_SPF"\nCALL "/_N_SPF_DIR/_N_UP1_SPF"\nEXTCALL("/_N_EXT_DIR/_N_UP1_SPF")\nCALL WO\nPCALL L7\nM30\n%_N_UP1_SPF\nG91 G0 X1\nM17\n%_N_L7_SPF\nG0 Y1\nM17', [(1,), (2,), (3,), (3, 1)]),
+    # Programs of a grinding machine join a name and "_SPF".
+    "a name with its suffix": ('DEF STRING[20] WO="UP1"<<"_SPF"\nCALL WO\nEXTCALL "UP1_SPF"\nM30\n%_N_UP1_SPF\nG91 G0 X1\nM17', [(1,), (2,)]),
     "EXTCALL": ('EXTCALL "UP1"\nEXTCALL("/_N_WKS_DIR/UP1.SPF")\nM30\n%_N_UP1_SPF\nG91 G0 X1\nM17', [(1,), (2,)]),
     "CYCLE83 clears": (
         "CYCLE83(10,0,1,-25,,-10,,2,,,1,1)",
@@ -429,6 +431,7 @@ WRONG: dict[str, tuple[str, tuple[str, int, int]]] = {
     "CALL BLOCK of no label": ("CALL BLOCK ANF TO ENDE", ("label-missing", 1, 1)),
     "the speed by another axis": ("G96 S200 M4 SCC[Z]", ("not-read", 1, 13)),
     "ISOCALL": ("ISOCALL L100", ("not-read", 1, 1)),
+    "a table of a curve": ("CTABDEF(X,Z,1,0)", ("not-read", 1, 1)),
     "PRESETON": ("PRESETON(X)", ("sub-arguments", 1, 1)),
     "GOTOF without a label": ("GOTOF", ("syntax", 1, 6)),
     "CALL of no text": ("DEF REAL WO=1\nCALL WO", ("sub-missing", 2, 1)),

@@ -78,6 +78,7 @@ _NAMED_NOT_READ = {
     "BLOCK": "a part of another program",
     "ISOCALL": "a subprogram of the ISO dialect",
     **dict.fromkeys(("MEASA", "MEAWA", "MEAC"), "measuring by axes"),
+    **dict.fromkeys(("CTABDEF", "CTABEND", "CTABDEL"), "a table by which axes are coupled"),
     **dict.fromkeys(("LEADON", "TRAILON", "EGON", *COUPLINGS), "coupled axes"),
 }  # fmt: skip
 

@@ -103,8 +103,7 @@ class Said:
 
 
 def file_name(text: str) -> str:
-    """Return the name of a subprogram whose file a text names, with folders and suffix or without."""
+    """Return the name of a subprogram whose file a text names, with folders, prefix _N_ and suffix _SPF or .SPF, or without any."""
     file = text.replace("\\", "/").rsplit("/", 1)[-1].upper()
-    if file.startswith("_N_"):
-        file = file.removeprefix("_N_").removesuffix("_SPF").removesuffix("_MPF")
-    return file.removesuffix(".SPF").removesuffix(".MPF")
+    bare = file.removeprefix("_N_")
+    return next((bare[:-4] for suffix in ("_SPF", "_MPF", ".SPF", ".MPF") if bare.endswith(suffix)), bare)
