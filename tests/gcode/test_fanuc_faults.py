@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from cncgen.gcode.text.search import candidates
+from cncgen.gcode.text.search import candidates, search_path
 from cncgen.toolpath.record import Kind
 
 from .conftest import Outcome
@@ -89,6 +89,8 @@ def test_names_of_files_that_no_folder_has(tmp_path: Path) -> None:
     assert candidates(tmp_path, "x" * 5000) == []
     assert candidates(tmp_path, "a\0b") == []
     (tmp_path / "O0100.NGC").write_text("M2\n")
+    # A folder is listed once a run, which begins by this.
+    search_path(None, ())
     assert [path.name for path in candidates(tmp_path, "o0100")] == ["O0100.NGC"]
 
 

@@ -389,8 +389,9 @@ BEFORE_SLASH = rb"[ \t]*(?:" + BLOCK_NUMBER + rb"[ \t]*)?"
 #: Units, by the tens of their codes, a computed code that may choose one, or G70 and G71 with codes alone behind them, as Mach and
 #: Hurco have them; a length and a feed; a lathe's surface speed and what bounds its spindle (`cncgen.gcode.assumed_units`).
 UNITS = {
-    tens: rb"[Gg][ \t]*(?:0*%d[ \t]*[01](?![\d.])|[\[#]|7[01](?:[ \t]*[GMgm][ \t]*[\d.]+)*[ \t]*[\r\n])"
-    % tens
+    tens: rb"[Gg][ \t]*(?:0*%d[ \t]*[01](?![\d.])|[\[#]|7[01](?:[ \t]*[GMgm][ \t]*" % tens
+    + _NUMBER
+    + rb")*[ \t]*[\r\n])"
     for tens in (2, 7)
 }
 LENGTH = rb"[XYZxyz](?<![A-Za-z#<].)[ \t]*[-+]?(?P<number>" + _NUMBER + rb")"
