@@ -239,12 +239,27 @@ def test_setpoints_of_ones_own_are_looked_at(position: Any, words: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("axes", "period_s"), [(None, 0.001), ({1: None}, 0.001), ({}, "1 ms"), ({}, 10**400)]
+)
+def test_a_machine_that_is_built_wrongly_can_be_shown(axes: Any, period_s: Any) -> None:
+    """Messages name it, and so do debuggers."""
+    assert repr(cncgen.Machine("m", axes, period_s)).endswith(f"axes {axes!r}, period_s {period_s!r})")
+
+
+@pytest.mark.parametrize(
     ("fields", "words"),
     [
         ({"axes": "xy"}, "axes of setpoints = 'xy' must be letters of axes, of XYZABCUVW, once each"),
         ({"axes": ["X", "Y"]}, "axes of setpoints = ['X', 'Y'] must be"),
         ({"axes": "XX"}, "axes of setpoints = 'XX' must be"),
-        ({"period_s": 0}, "period_s of setpoints = 0 must be a finite number above 0"),
+        ({"period_s": 0}, "period_s of setpoints = 0 must be a finite number not below 1e-07, up to 1000"),
+        ({"period_s": 10**400}, "period_s of setpoints = 1000"),
+        ({"first": 10**400}, "first of setpoints = 1000"),
+        ({"first": None}, "first of setpoints is of type NoneType"),
+        ({"position": None}, "setpoints of axes XY have an array of shape ()"),
+        ({"position": [[10**400, 0]]}, "positions of setpoints are not an array of numbers: int too large"),
+        ({"signals": None}, "signals of setpoints is of type NoneType"),
+        ({"events": "x"}, "events of setpoints hold 'x'; they are to be triples"),
         ({"period_s": "1 ms"}, "period_s of setpoints = '1 ms' must be"),
         ({"first": 0.5}, "first of setpoints is of type float"),
         ({"signals": {"speed": np.zeros(5)}}, "signals speed: not one of vel, acc, jerk, feed, line, limit"),
@@ -255,11 +270,16 @@ def test_setpoints_of_ones_own_are_looked_at(position: Any, words: str) -> None:
     ],
 )
 def test_fields_of_setpoints_of_ones_own_are_looked_at(fields: dict[str, Any], words: str) -> None:
-    own = replace(points(), **fields)
-    for call in (lambda: list(cncgen.simulate(own, "xy-table")), lambda: cncgen.write(own, "never.csv")):
-        with pytest.raises(UsageError) as caught:
-            call()
-        assert words in str(caught.value)
+    with pytest.raises(UsageError) as caught:
+        replace(points(), **fields)
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize("place", [np.nan, np.inf, 1e300])
+def test_setpoints_without_a_place_are_shown_as_a_line(place: float) -> None:
+    """In a notebook, where a picture of them would fail."""
+    assert replace(points(), period_s=np.float32(1))._repr_html_()
+    assert replace(points(), position=np.full((5, 2), place))._repr_html_() is None
 
 
 def test_chunks_of_setpoints_follow_each_other() -> None:

@@ -91,6 +91,7 @@ OPEN_ARGUMENTS = {
     "arguments.py:*": "whatever a caller of the library gave: it is checked here",
     "toolpath/reading.py:_*": "whatever a caller of the library gave: it is checked here",
     "setpoints/checking.py:*": "whatever a caller of the library gave: it is checked here",
+    "setpoints/record.py:_*": "whatever a caller of the library gave: it is checked here",
     "pipeline/planning.py:*.asked": "options by name; `PlanOptions` checks each",
     "pipeline/reading.py:*.asked": "options by name; `ReadOptions` checks each",
     "cli/options.py:*": "what click passes on: values of all options",

@@ -102,4 +102,7 @@ class Machine:
         return "X" in self.axes and "Z" in self.axes and "Y" not in self.axes
 
     def __repr__(self) -> str:
-        return f"Machine({self.name!r}, axes {''.join(self.axes)}, every {1e3 * self.period_s:g} ms)"
+        try:
+            return f"Machine({self.name!r}, axes {''.join(self.axes)}, every {1e3 * self.period_s:g} ms)"
+        except (TypeError, ValueError, OverflowError):  # built wrongly, which is said where it is used
+            return f"Machine({self.name!r}, axes {self.axes!r}, period_s {self.period_s!r})"

@@ -11,21 +11,11 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Severity
 from cncgen.machine.record import Drive
-from cncgen.setpoints.record import Setpoints
+from cncgen.setpoints.record import AXIS_SIGNALS, PATH_SIGNALS, Setpoints
 from cncgen.units import AXIS_LETTERS, DEGREE, file_unit, is_rotary
 
 Floats = NDArray[np.float64]
 
-#: Signals of one column an axis, with the power of the second in their unit.
-AXIS_SIGNALS = {"vel": "_s", "acc": "_s2", "jerk": "_s3"}
-#: Signals of one column, with its name.
-PATH_SIGNALS = {
-    "feed": "feed_mm_s",
-    "line": "line",
-    "limit": "limit",
-    "programmed": "programmed_feed_mm_s",
-    "source": "source",
-}
 #: Columns of whole numbers.
 INTEGERS = ("line", "limit", "source")
 

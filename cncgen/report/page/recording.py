@@ -21,8 +21,8 @@ from cncgen.planner.record import Trajectory
 from cncgen.report.page.packed_rows import PackedStream
 from cncgen.report.page.streams import Bands, Blob, RunStream
 from cncgen.room import pool
-from cncgen.setpoints.columns import AXIS_SIGNALS, Layout, file_units, position_column
-from cncgen.setpoints.record import Setpoints
+from cncgen.setpoints.columns import Layout, file_units, position_column
+from cncgen.setpoints.record import AXIS_SIGNALS, Setpoints
 from cncgen.units import ORDER_NAMES, file_unit, is_rotary, to_file
 
 _T = TypeVar("_T")
