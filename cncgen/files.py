@@ -88,10 +88,19 @@ def reading_faults(path: str | os.PathLike[str]) -> Iterator[None]:
         yield
     except OSError as error:
         raise file_fault(path, "read", error) from error
-    except ValueError as error:  # a NUL in the name
-        if "null" not in str(error):
-            raise
-        raise UsageError(Diagnostic("file-read", "cannot read a file whose name holds a NUL")) from error
+    except ValueError as error:
+        raise UsageError(
+            Diagnostic("file-read", f"cannot read a file whose name {_no_name(error)}")
+        ) from error
+
+
+def _no_name(error: ValueError) -> str:
+    """Return why a name can be that of no file; raise an error that has another reason."""
+    if "null" in str(error):
+        return "holds a NUL"
+    if isinstance(error, UnicodeEncodeError):
+        return f"holds U+{ord(error.object[error.start]):04X}, which no file's name can hold"
+    raise error
 
 
 def read_bytes(path: str | os.PathLike[str], *, at_most: int | None = None) -> bytes:
@@ -248,11 +257,8 @@ class OutputFile:
         except OSError as error:
             raise file_fault(self._name, "write", error) from error
         except ValueError as error:
-            if "null" not in str(error):
-                raise
-            raise UsageError(
-                Diagnostic("file-write", "cannot write a file whose name holds a NUL")
-            ) from error
+            fault = Diagnostic("file-write", f"cannot write a file whose name {_no_name(error)}")
+            raise UsageError(fault) from error
 
     def _open(self) -> BinaryIO:
         try:

@@ -20,6 +20,8 @@ PERIOD_S = 1e-7, 1e3
 TIME_S = 1e8
 #: Largest tolerance of a path, mm.
 TOLERANCE_MM = 1e6
+#: Coarsest rounding of positions, mm or degrees: with a coarser one no place on a path is told from another.
+RESOLUTION = 1.0
 #: Feeds, mm/s, rad/s or 1/s.
 FEEDS = 1e-9, 1e9
 #: Numbers of options, apart from 0 and their signs: products of a few of them stay within the range of a double.

@@ -159,6 +159,12 @@ def planned(_: object = None) -> tuple[int, float]:
         (lambda: cncgen.simulate([], "xy-table", settle_s=1e9), "settle_s = 1000000000.0 must be a finite number not "
          "below 0, up to 3600"),
         (lambda: list(cncgen.simulate([np.zeros((3, 2))], "xy-table")), "a chunk of setpoints is of type ndarray"),
+        (lambda: cncgen.read("a\ud800"), "cannot read a file whose name holds U+D800"),
+        (lambda: cncgen.read("a\0"), "cannot read a file whose name holds a NUL"),
+        (lambda: cncgen.write(points(), "a\ud800.csv"), "cannot write a file whose name holds U+D800"),
+        (lambda: judged(tolerance_mm=1e300), "tolerance_mm = 1e+300 must be a finite number above 0, up to 1e+06"),
+        # With 1000 mm butterfly.nc had left its path by 24 mm; with 1e300 there was no end.
+        (lambda: judged(resolution=1000), "resolution = 1000 must be a finite number above 0, up to 1"),
         # Arrays are equal to nothing and to no one thing: each of these ended in numpy, or was taken for what is usual.
         (lambda: cncgen.read_text("M2", language=np.zeros(3)), "language is of type ndarray; it is to be a text or None"),
         (lambda: cncgen.read_text("M2", language=[]), "language is of type list; it is to be a text or None"),

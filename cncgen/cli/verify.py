@@ -10,7 +10,7 @@ import click
 from cncgen.cli import messages
 from cncgen.cli.options import machine_option, message_options, program_options, setpoint_options
 from cncgen.cli.types import FILE, FiniteRange
-from cncgen.ranges import TOLERANCE_MM
+from cncgen.ranges import RESOLUTION, TOLERANCE_MM
 
 
 @click.command("verify")
@@ -34,7 +34,7 @@ from cncgen.ranges import TOLERANCE_MM
 @click.option(
     "--resolution",
     metavar="MM",
-    type=FiniteRange(min=0, min_open=True),
+    type=FiniteRange(min=0, max=RESOLUTION, min_open=True),
     default=1e-9,
     show_default=True,
     help="Unit, mm and degrees, to which positions are rounded: differences may exceed a limit by the effect of that.",

@@ -20,6 +20,7 @@ from cncgen.pipeline.planning import (
     sample,
 )
 from cncgen.pipeline.reading import REPEATED, sound
+from cncgen.ranges import RESOLUTION, TOLERANCE_MM
 from cncgen.units import AXIS_LETTERS
 
 if TYPE_CHECKING:
@@ -322,8 +323,8 @@ def judge(
     where = machine_of(machine)
     program = program_of(program, where)
     if tolerance_mm is not None:
-        tolerance_mm = expect_number(tolerance_mm, "tolerance_mm", open_low=True)
-    resolution = expect_number(resolution, "resolution", open_low=True)
+        tolerance_mm = expect_number(tolerance_mm, "tolerance_mm", high=TOLERANCE_MM, open_low=True)
+    resolution = expect_number(resolution, "resolution", high=RESOLUTION, open_low=True)
     return verify(
         _stream_of(setpoints),
         sound(program),
