@@ -111,7 +111,7 @@ def shown_record(record: Any) -> str:
 @declared
 def viewer(
     result: Plan | Page | Setpoints | Response | Program | str | os.PathLike[str],
-    machine: Machine | str | os.PathLike[str] = "generic-mill",
+    machine: Machine | str | os.PathLike[str] | None = None,
     options: PlanOptions | None = None,
     *,
     height: int = 720,
@@ -120,7 +120,8 @@ def viewer(
 
     Args:
         result: A plan, the page on one, setpoints, a response, or a program, which is planned.
-        machine, options: Of a program: as for `report_page`.
+        machine: Of a program: as for `report_page`. Of setpoints and responses: the machine whose limits the charts show; None: none.
+        options: Of a program: as for `report_page`.
         height: Of the frame, in pixels.
 
     Returns:
@@ -128,7 +129,8 @@ def viewer(
         that view.
 
     Raises:
-        UsageError: anywidget is not installed (``viewer-missing``); or as `report_page`.
+        UsageError: anywidget is not installed (``viewer-missing``), or a machine or options are given with what has its own; or as
+            `report_page`.
     """
     from cncgen.pipeline.planning import Plan
     from cncgen.report import notebook
@@ -141,16 +143,22 @@ def viewer(
         hint = "install it: pip install 'cncgen[notebook]'"
         fault = Diagnostic("viewer-missing", "a live viewer in a notebook needs anywidget", hint=hint)
         raise UsageError(fault) from error
+    planned, given = isinstance(result, Page | Plan), isinstance(result, Setpoints | Response)
+    if options is not None and (planned or given):
+        raise wrong("options of a plan are given: what is to be viewed is planned already, or without a plan")
+    if machine is not None and planned:
+        raise wrong("a machine is given: the plan to be viewed has its own")
+    where = machine_of(machine) if machine is not None else None
     if isinstance(result, Page):
         page = result.html
     elif isinstance(result, Setpoints):
-        page = notebook.setpoints_page(result)
+        page = notebook.setpoints_page(result, where)
     elif isinstance(result, Response):
-        page = notebook.response_page(result)
+        page = notebook.response_page(result, where)
     elif isinstance(result, Plan):
         page = report_page(result.program, result.machine, result.options).html
     else:
-        page = report_page(result, machine, options).html
+        page = report_page(result, where or "generic-mill", options).html
     return Viewer(page=page, height=int(expect_number(height, "height", 1.0, _HIGHEST)))
 
 

@@ -28,9 +28,9 @@ def framed(page: str, height: int = HEIGHT) -> str:
     return f'<iframe srcdoc="{escape(page)}" sandbox="allow-scripts" title="cncgen" style="{style}"></iframe>'
 
 
-def setpoints_page(setpoints: Setpoints) -> str:
-    """Return the page on setpoints; without signals of their own these are differences."""
-    machine = Machine("setpoints", {}, period_s=setpoints.period_s)
+def setpoints_page(setpoints: Setpoints, machine: Machine | None = None) -> str:
+    """Return the page on setpoints; without signals of their own these are differences, beside the limits of a machine."""
+    machine = machine or Machine("setpoints", {}, period_s=setpoints.period_s)
     recording = Recording(machine, setpoints.axes, setpoints.period_s)
     watched = [setpoints] if "jerk" in setpoints.signals else differenced([setpoints])
     for _ in recording.over_setpoints(watched):
@@ -44,9 +44,9 @@ def of_setpoints(setpoints: Setpoints) -> str:
     return _together(figures, _picture(setpoints), setpoints_page(setpoints))
 
 
-def response_page(response: Response) -> str:
-    """Return the page on the response of the servo axes to setpoints, with forces and errors."""
-    machine = Machine("response", {}, period_s=response.period_s)
+def response_page(response: Response, machine: Machine | None = None) -> str:
+    """Return the page on the response of the servo axes to setpoints, with forces and errors, beside the limits of a machine."""
+    machine = machine or Machine("response", {}, period_s=response.period_s)
     recording = Recording(machine, response.axes, response.period_s)
     for _ in recording.over_setpoints(differenced([_commands(response)])):
         pass

@@ -94,6 +94,26 @@ def test_a_viewer_needs_anywidget(monkeypatch: pytest.MonkeyPatch) -> None:
         cncgen.viewer(cncgen.read_text(SQUARE), "xy-table")
 
 
+def test_a_viewer_shows_the_machine_that_is_given() -> None:
+    """With results of a plan, which have one of their own, it is refused: it was left unused without a word."""
+    pytest.importorskip("anywidget", reason="the extra cncgen[notebook] is not installed")
+    plan = cncgen.plan(cncgen.read_text(SQUARE), "xy-table")
+    points = cncgen.sample(plan).collect()
+    (response,) = cncgen.simulate(points, "xy-table")
+    limits = '"limits":{"velocity":250.0,"acceleration":2450.0,"jerk":50000.0}'
+    for result in (points, response):
+        assert limits in cncgen.viewer(result, "xy-table").page
+        assert limits not in cncgen.viewer(result).page
+        with pytest.raises(cncgen.CncgenError, match="options of a plan are given"):
+            cncgen.viewer(result, options=cncgen.PlanOptions())
+    with pytest.raises(cncgen.CncgenError, match="there is no machine profile 'xytable'"):
+        cncgen.viewer(points, "xytable")
+    for planned in (plan, cncgen.report_page(cncgen.read_text(SQUARE), "xy-table")):
+        with pytest.raises(cncgen.CncgenError, match="the plan to be viewed has its own"):
+            cncgen.viewer(planned, "generic-mill")
+        assert limits in cncgen.viewer(planned).page
+
+
 #: A notebook's side of a widget, as https://anywidget.dev/en/afm/ describes it.
 HOST = """<!doctype html><meta charset=utf-8><title>host</title><div id=el></div><script type=module>
 const state = STATE, heard = {};
