@@ -104,8 +104,8 @@ def mesh_of(
     Args:
         field: The stock.
         columns: Columns along the longer side at the most, None for all.
-        joined: Whether there are few triangles, which look the same, but are no closed mesh: level neighbours are one rectangle,
-            rings of a turned stock keep within half a cell, and those of dexels are joined to `FEW`.
+        joined: Whether there are few triangles, which look the same: rings of a turned stock keep within half a cell, and those of
+            dexels are joined to `FEW`. Of columns the level ones are joined always, and nothing is lost.
 
     Returns:
         Vertices, shape (v, 3), mm, and triangles, shape (t, 3): the top, the underside, and walls round both.
@@ -128,15 +128,28 @@ def mesh_of(
     # Where the part is cut through it has neither top nor underside.
     thick = heights - low > 0
     solid = np.logical_or.reduce([thick[s] for s in _CORNERS])
-    n = ny * nx
-    a, b, c, d = _rectangles(np.maximum(heights, low), solid, joined)
-    top = np.concatenate([np.stack([a, b, d], 1), np.stack([a, d, c], 1)])
-    a, b, c, d = _rectangles(low, solid, joined)
-    under = np.concatenate([np.stack([a, d, b], 1), np.stack([a, c, d], 1)]) + n
+    both = [_rectangles(level, solid) for level in (np.maximum(heights, low), low)]
+    # A node is kept in both where it is a corner in one: so edges that meet have the same nodes, and the mesh is closed.
+    kept = np.zeros((ny, nx), np.bool_)
+    kept[[0, 0, -1, -1], [0, -1, 0, -1]] = True
+    for y0, y1, x0, x1 in both:
+        for corner in ((y0, x0), (y0, x1), (y1, x0), (y1, x1)):
+            kept[corner] = True
+    vertices, triangles = [upper, lower], []
+    for side, rectangles in enumerate(both):
+        numbers, middles = _covered(kept, rectangles)
+        n, y0, x0 = ny * nx, rectangles[0][middles], rectangles[2][middles]
+        place = (x[x0] + x[rectangles[3][middles]]) / 2, (y[y0] + y[rectangles[1][middles]]) / 2
+        level = vertices[side][y0 * nx + x0, 2]
+        # Nodes of the underside come behind those of the top, and middles behind them all.
+        numbers = np.where(numbers < n, numbers + side * n, numbers + n + sum(map(len, vertices[2:])))
+        vertices.append(np.stack([*place, level], axis=1))
+        triangles.append(numbers[:, ::-1] if side else numbers)
     rim = np.concatenate([k[0, :], k[1:, -1], k[-1, -2::-1], k[-2:0:-1, 0]])
-    after = np.roll(rim, -1)
-    walls = np.concatenate([np.stack([rim, rim + n, after + n], 1), np.stack([rim, after + n, after], 1)])
-    return np.concatenate([upper, lower]), np.concatenate([top, under, walls])
+    rim = rim[kept.ravel()[rim]]
+    after, n = np.roll(rim, -1), ny * nx
+    triangles += [np.stack([rim, rim + n, after + n], 1), np.stack([rim, after + n, after], 1)]
+    return np.concatenate(vertices), np.concatenate(triangles)
 
 
 _CORNERS = (
@@ -147,21 +160,16 @@ _CORNERS = (
 )
 
 
-def _rectangles(level: Floats, solid: NDArray[np.bool_], joined: bool) -> tuple[NDArray[np.int64], ...]:
-    """Return the corners of the cells of a grid that are solid, as places of nodes; level neighbours are one if `joined`.
+def _rectangles(level: Floats, solid: NDArray[np.bool_]) -> tuple[NDArray[np.int64], ...]:
+    """Return the cells of a grid that are solid as rectangles, of which level neighbours are one.
 
     Args:
         level: Heights of the nodes, shape (rows, columns).
         solid: Of the cells between them, shape (rows - 1, columns - 1).
-        joined: See `mesh_of`.
 
     Returns:
-        The corners at low X and low Y, high X and low Y, low X and high Y, high X and high Y, each of shape (n,).
+        First and last row, first and last column of nodes, each of shape (n,).
     """
-    wide = level.shape[1]
-    if not joined:
-        y, x = np.nonzero(solid)
-        return _corners(wide, y, y, x, x)
     corners = np.stack([level[s] for s in _CORNERS])
     flat = solid & (corners.max(axis=0) == corners.min(axis=0))
     # Two level cells beside each other have two nodes in common, hence one height.
@@ -181,19 +189,48 @@ def _rectangles(level: Floats, solid: NDArray[np.bool_], joined: bool) -> tuple[
     )
     starts = np.flatnonzero(~goes_on)
     ends = np.append(starts[1:], len(y)) - 1
-    return _corners(wide, y[starts], y[ends], first[starts], last[starts])
+    return y[starts], y[ends] + 1, first[starts], last[starts] + 1
 
 
-def _corners(
-    wide: int,
-    low: NDArray[np.int64],
-    high: NDArray[np.int64],
-    first: NDArray[np.int64],
-    last: NDArray[np.int64],
-) -> tuple[NDArray[np.int64], ...]:
-    """Return the places of the nodes round cells from row `low` and column `first` to row `high` and column `last`."""
-    below, above = wide * low, wide * (high + 1)
-    return below + first, below + last + 1, above + first, above + last + 1
+def _covered(
+    kept: NDArray[np.bool_], rectangles: tuple[NDArray[np.int64], ...]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Cover rectangles with triangles that have every kept node on their edges as a corner.
+
+    Args:
+        kept: Whether a node is kept, shape (rows, columns); corners of rectangles are.
+        rectangles: See `_rectangles`.
+
+    Returns:
+        Triangles, shape (t, 3), counterclockwise; numbers beyond the nodes are middles of rectangles. And the rectangles that have one.
+    """
+    y0, y1, x0, x1 = rectangles
+    tall, wide = kept.shape
+    number = np.arange(kept.size).reshape(kept.shape)
+    pieces = []
+    # Edges along rows, at low and at high Y, then along columns; round the rectangle the second and the last run downwards.
+    for nodes, length, (fixed, begin, end), down in (
+        (number, wide, (y0, x0, x1), False),
+        (number, wide, (y1, x0, x1), True),
+        (number.T, tall, (x1, y0, y1), False),
+        (number.T, tall, (x0, y0, y1), True),
+    ):
+        places = np.flatnonzero(kept if nodes is number else kept.T)
+        low, high = (np.searchsorted(places, fixed * length + k) for k in (begin, end))
+        owner = np.repeat(np.arange(len(y0)), high - low)
+        step = np.arange(len(owner)) - np.repeat(np.cumsum(high - low) - high, high - low)
+        along = nodes.ravel()[places]
+        ends = along[step], along[step + 1]
+        pieces.append(np.stack([owner, *(ends[::-1] if down else ends)], axis=1))
+    edges = np.concatenate(pieces)
+    many = np.bincount(edges[:, 0], minlength=len(y0)) > 4
+    middles = np.flatnonzero(many)
+    middle = np.zeros(len(y0), np.int64)
+    middle[middles] = kept.size + np.arange(len(middles))
+    round_it = edges[many[edges[:, 0]]]
+    a, b, c, d = (number[k][~many] for k in ((y0, x0), (y0, x1), (y1, x0), (y1, x1)))
+    fans = np.column_stack([round_it[:, 1:], middle[round_it[:, 0]]])
+    return np.concatenate([np.stack([a, b, d], 1), np.stack([a, d, c], 1), fans]), middles
 
 
 def stl_bytes(vertices: Floats, triangles: NDArray[np.int64]) -> bytes:

@@ -1,6 +1,7 @@
 """What removal names: rapids in stock, standing and wrong-way spindles, gouges, shanks, holders, what is left."""
 
 import json
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -387,8 +388,21 @@ def test_the_mesh_of_a_cut_block_has_its_volume():
     assert count <= len(triangles)
 
 
-def test_joined_rectangles_are_the_surface_of_the_whole_mesh():
-    """Volume and area of every cell, with a slot, a step and a hole right through, by a tenth of the triangles."""
+#: Corners of the cells of a grid of nodes: low X and low Y, high X, high Y, both.
+_A, _B, _C, _D = np.s_[:-1, :-1], np.s_[:-1, 1:], np.s_[1:, :-1], np.s_[1:, 1:]
+
+
+def closed(triangles):
+    """Tell whether each edge of a mesh, of triangles of places, is gone along once in each direction."""
+    edges = Counter()
+    for three in triangles:
+        for k in range(3):
+            edges[three[k], three[(k + 1) % 3]] += 1
+    return all(edges[b, a] == count for (a, b), count in edges.items())
+
+
+def test_level_columns_are_joined_and_the_mesh_stays_closed(tmp_path):
+    """Volume and area by the divergence theorem and of prisms below two triangles a cell, with a slot, a step and a hole right through."""
     out = run(
         line(-20, 15, -3),
         line(60, 15, -3),
@@ -397,17 +411,34 @@ def test_joined_rectangles_are_the_surface_of_the_whole_mesh():
         line(20, 5, -25),
         line(20, 5, 5),
     )
-    sizes = []
-    for joined in (False, True):
-        vertices, triangles = mesh_of(out.stock, joined=joined)
-        a, b, c = (vertices[triangles[:, k]] for k in range(3))
-        normal = np.cross(b - a, c - a)
-        sizes.append(
-            (np.einsum("ij,ij->", a, normal) / 6, np.linalg.norm(normal, axis=1).sum() / 2, len(triangles))
-        )
-    whole, few = sizes
-    assert few[:2] == pytest.approx(whole[:2], rel=1e-9)
-    assert few[2] < whole[2] / 10
+    field = out.stock
+    heights, low = np.maximum(field.heights, field.bottom), field.bottom
+    x, y = field.x, field.y
+    for row in (x, y):
+        row[0], row[-1] = row[0] - field.cell / 2, row[-1] + field.cell / 2
+    thick = heights > low
+    solid = thick[:-1, :-1] | thick[:-1, 1:] | thick[1:, :-1] | thick[1:, 1:]
+    volume = area = 0.0
+    flat, height = np.stack(np.meshgrid(x, y), axis=-1), heights - low
+    for corners in ((_A, _B, _D), (_A, _D, _C)):
+        across = [flat[corner][solid] for corner in corners[1:]] - flat[corners[0]][solid]
+        size = (across[0, :, 0] * across[1, :, 1] - across[0, :, 1] * across[1, :, 0]) / 2
+        volume += np.sum(size * np.mean([height[corner][solid] for corner in corners], axis=0))
+        for z in (heights, low):
+            p, q, r = (np.dstack([flat, z])[corner][solid] for corner in corners)
+            area += np.linalg.norm(np.cross(q - p, r - p), axis=1).sum() / 2
+    for side, walls in ((x, height[[0, -1]]), (y, height.T[[0, -1]])):
+        for wall in walls:
+            area += np.sum((wall[1:] + wall[:-1]) / 2 * np.diff(side))
+    vertices, triangles = mesh_of(field)
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    assert np.linalg.norm(normal, axis=1).sum() / 2 == pytest.approx(area, rel=1e-9)
+    assert np.einsum("ij,ij->", a, normal) / 6 == pytest.approx(volume, rel=1e-9)
+    assert len(triangles) < 4 * solid.sum() / 10
+    file = tmp_path / "left.stl"
+    file.write_bytes(stl_bytes(vertices, triangles))
+    assert closed([tuple(map(tuple, three)) for three in read_stl(str(file)).tolist()])
 
 
 def test_a_target_mesh_says_what_is_gouged_and_left(tmp_path):
