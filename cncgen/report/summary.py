@@ -107,15 +107,23 @@ class Summary:
 
     def _remark_on_limits(self) -> None:
         """Say which limits the setpoints break; a strategy of the papers knows no jerk of an axis."""
-        over = []
+        over: list[str] = []
+        rounded: list[str] = []
         for column, letter in enumerate(self._axes):
             peak = self._peak(column, letter)
             for order, name in enumerate(ORDER_NAMES, start=1):
                 share = peak[f"{name}_of_limit"] or 0.0
                 # The plan is not to blame for what rounding to the ninth decimal adds to a difference.
                 rounding = 0.5e-9 * (2.0 / self._machine.period_s) ** order
-                if share > _OVER and peak[name] * (1.0 - 1.0 / share) > rounding:
-                    over.append(f"{letter} {name} {100 * share:.4g} %")
+                if share > _OVER:
+                    explained = peak[name] * (1.0 - 1.0 / share) <= rounding
+                    (rounded if explained else over).append(f"{letter} {name} {100 * share:.4g} %")
+        if rounded:
+            message = (
+                f"{', '.join(rounded)} of the limit: no more than rounding positions to the ninth decimal can make of it "
+                f"at a period of {self._machine.period_s:g} s"
+            )
+            self.remarks.add(Diagnostic("plan-rounding", message, severity=Severity.NOTE))
         if over:
             exact = self._interpolator == "arclength"
             who = self._feedrate if exact else f"{self._feedrate} with {self._interpolator} interpolation"

@@ -107,9 +107,13 @@ class ResultsFolder:
         """Keep other drivers out of the folder during a with block; the lock ends with the process, however that ends.
 
         Raises:
-            UsageError: Another driver writes to it.
+            UsageError: Another driver writes to it, or nobody can.
         """
-        with open(self.path / _LOCK, "ab") as file:
+        try:
+            lock = open(self.path / _LOCK, "ab")  # noqa: SIM115 - closed below; faults of the body are not those of opening
+        except OSError as error:
+            raise file_fault(self.path / _LOCK, "write", error) from error
+        with lock as file:
             try:
                 import fcntl
             except ImportError:  # not a POSIX system

@@ -238,7 +238,10 @@ def test_rounding_is_no_broken_limit(cncgen: Run, part: Path, tmp_path: Path) ->
     (tmp_path / "tiny.nc").write_text("G21 G61\n(START, X20 Y20)\nG1 X20.00001 F1000\nM2\n")
     run = cncgen("plan", "tiny.nc", "-m", "slow.toml", "-q", "-o", "o.csv", "--json")
     assert run.returncode == 0
-    assert {json.loads(line)["code"] for line in run.stderr.splitlines()} == {"machine-doubt"}
+    assert {json.loads(line)["code"] for line in run.stderr.splitlines()} == {
+        "machine-doubt",
+        "plan-rounding",
+    }
 
 
 @pytest.mark.parametrize("kind", ["csv", "jsonl", "npy", "npz", "f64", "hal", "arrow"])

@@ -137,6 +137,16 @@ def test_a_second_driver_is_kept_out(folder: Path) -> None:
         run_sweep(sweep, "R", Here(sweep))
 
 
+def test_a_lock_that_nobody_can_write_is_named(tmp_path: Path) -> None:
+    """As on a read-only disk: it ended in the words of the system."""
+    (tmp_path / "_lock").mkdir()
+    with (
+        pytest.raises(UsageError, match="cannot write .*_lock: it is a directory"),
+        ResultsFolder(tmp_path).locked(),
+    ):
+        pass
+
+
 def test_failed_jobs_are_rows_with_their_diagnostic_and_are_done_again_when_asked(folder: Path) -> None:
     """X900 is beyond the travel of 500 mm."""
     (folder / "s.toml").write_text(
