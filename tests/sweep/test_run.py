@@ -141,7 +141,7 @@ def test_a_lock_that_nobody_can_write_is_named(tmp_path: Path) -> None:
     """As on a read-only disk: it ended in the words of the system."""
     (tmp_path / "_lock").mkdir()
     with (
-        pytest.raises(UsageError, match="cannot write .*_lock: it is a directory"),
+        pytest.raises(UsageError, match=r"cannot write .*_lock: it is a directory"),
         ResultsFolder(tmp_path).locked(),
     ):
         pass
