@@ -29,7 +29,8 @@ from cncgen.diagnostics import (
     UsageError,
     json_values,
 )
-from cncgen.machine import Axis, Servo
+from cncgen.machine import Axis, Drive, Servo
+from cncgen.pipeline import fmu
 
 SQUARE = "G21 G90 G61\nG0 X0 Y0\nG1 X10 F1200\nY10\nX0\nY0\nM2\n"
 
@@ -131,6 +132,17 @@ def planned(_: object = None) -> tuple[int, float]:
         (lambda: cncgen.plan(square(), machine(Axis("X", 1, 1, 1, None, Servo("first-order", [80])))), "parameters a mapping"),
         (lambda: cncgen.plan(square(), machine(Axis("X", 1, 1, 1, None, Servo("first-order", {"position_gain_1_s": np.nan})))),
          "servo data of axis X, position_gain_1_s: must be a finite number; is nan"),
+        (lambda: cncgen.plan(square(), machine(axes={"X": Axis(np.zeros(2), 1, 1, 1)})), "stands under 'X'; axes are X Y Z"),
+        (lambda: cncgen.plan(square(), machine(Axis("X", 1, 1, 1, drive=0))), "drive of axis X, is of type int; it is to be a cncgen.machine.Drive"),
+        (lambda: cncgen.plan(square(), machine(Axis("X", 1, 1, 1, drive=Drive(None)))), "drive of axis X, counts_per_mm: must be a number from "
+         "1e-06 to 1e+12, is None"),
+        (lambda: cncgen.plan(square(), machine(Axis("X", 1, 1, 1, drive=Drive(1, torque_friction=np.zeros(2))))), "torque_permille_friction: must be"),
+        (lambda: cncgen.plan(square(), machine(Axis("A", 1, 1, 1, drive=Drive(10**400)))), "drive of axis A, counts_per_deg: must be"),
+        (lambda: cncgen.simulate(points(), {"X": Servo("first-order", {"position_gain_1_s": 80}, 0)}), "servo data of axis X, knows: is 0"),
+        (lambda: cncgen.simulate(points(), {"X": Servo("first-order", {"position_gain_1_s": 80}, Servo("first-order", {}))}),
+         "servo data of axis X, knows, position_gain_1_s: missing"),
+        (lambda: fmu({}), "there are no axes with servo data"),
+        (lambda: fmu("xy-table", fmi=np.zeros(2)), "must be 2 or 3, the version of the standard"),
         (lambda: read_with(block_delete="no"), "block_delete is of type str; it is to be True or False"),
         (lambda: read_with(inch_tables=None), "inch_tables is of type NoneType; it is to be True or False"),
         (lambda: cncgen.plan(square(), machine(period_s=0)), "period_s is 0; it is to be a number from 1e-06 to 10"),
@@ -218,6 +230,19 @@ def test_what_is_no_number_is_refused_everywhere(number: Any) -> None:
     for call in calls if number is None else [*calls, lambda: read_with(tolerance_mm=number)]:
         with pytest.raises(UsageError):
             call()
+
+
+def test_the_drive_of_numpys_numbers_is_written(tmp_path: Path) -> None:
+    """Increments as Python's numbers give: the same bytes."""
+    written = []
+    for one in (1.0, np.float32(1.0)):
+        axes = {
+            letter: Axis(letter, 250, 2500, 50_000, drive=Drive(1000 * one, torque_friction=25 * one))
+            for letter in "XY"
+        }
+        cncgen.write(points(), tmp_path / "a.csp", format="csp", machine=cncgen.Machine("own", axes))
+        written.append((tmp_path / "a.csp").read_bytes())
+    assert written[0] == written[1]
 
 
 def test_numbers_of_numpy_are_numbers() -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from cncgen.arguments import is_number
 from cncgen.diagnostics import Diagnostic, Severity, UsageError
-from cncgen.machine.drives import drive_faults, drive_table
+from cncgen.machine.drives import faults_of_record
 from cncgen.machine.plausible import new_doubts, tell
 from cncgen.machine.reading import AXIS_LIMITS, TOP_NUMBERS, NumberKey
 from cncgen.machine.record import Axis, Machine, Servo
@@ -36,8 +36,6 @@ def check_machine(machine: Machine) -> None:
 
 def check_servos(servos: Mapping[str, Servo]) -> None:
     """Raise `UsageError` that names every wrong key of servo data by axis letter."""
-    from cncgen.machine.servo_schema import faults as servo_faults
-
     faults = []
     for letter, servo in servos.items():
         if letter not in tuple(AXIS_LETTERS):
@@ -49,13 +47,35 @@ def check_servos(servos: Mapping[str, Servo]) -> None:
             message = f"servo data of axis {letter} are {servo!r}; they are to be {wanted}"
             faults.append(Diagnostic("machine-type", message))
             continue
-        table = {**servo.parameters, "model": servo.model}
         faults += [
             Diagnostic(code, f"servo data of axis {letter}, {key}: {message}")
-            for code, key, message in servo_faults(table, letter)
+            for code, key, message in _of_servo(servo, letter)
         ]
     if faults:
         raise UsageError(faults)
+
+
+def _of_servo(servo: Servo, letter: str) -> Iterator[tuple[str, str, str]]:
+    """Yield code, key and message of each fault of servo data, those that its controller was designed on among them."""
+    from cncgen.machine.servo_schema import faults
+
+    yield from faults({**servo.parameters, "model": servo.model}, letter)
+    known = servo.knows
+    if known is None:
+        return
+    if (
+        not isinstance(known, Servo)
+        or not isinstance(known.parameters, Mapping)
+        or known.model != servo.model
+    ):
+        yield (
+            "machine-type",
+            "knows",
+            f"is {known!r}; it is to be a cncgen.machine.Servo of the same model, or None",
+        )
+        return
+    for code, key, message in _of_servo(known, letter):
+        yield code, f"knows, {key}", message
 
 
 def _faults(machine: Machine) -> Iterator[str]:
@@ -76,7 +96,7 @@ def _faults(machine: Machine) -> Iterator[str]:
     for letter, axis in machine.axes.items():
         if not isinstance(axis, Axis):
             yield f"axis {letter!r} is a {type(axis).__name__}; it is to be a cncgen.machine.Axis"
-        elif letter != axis.letter or len(letter) != 1 or letter not in AXIS_LETTERS:
+        elif letter not in tuple(AXIS_LETTERS) or not isinstance(axis.letter, str) or letter != axis.letter:
             yield f"axis {axis.letter!r} stands under {letter!r}; axes are {' '.join(AXIS_LETTERS)}"
         else:
             yield from _of_axis(axis)
@@ -102,8 +122,8 @@ def _of_axis(axis: Axis) -> Iterator[str]:
         if not (len(ends) == 2 and all(map(is_number, ends)) and ends[0] < ends[1]):
             yield f"travel of axis {axis.letter} is {axis.travel!r}; it is to be (lowest, highest), or None"
     if axis.drive is not None:
-        for _, key, message, _ in drive_faults(drive_table(axis.drive, axis.letter), axis.letter):
-            yield f"drive of axis {axis.letter}, {key}: {message}"
+        for message in faults_of_record(axis.drive, axis.letter):
+            yield f"drive of axis {axis.letter}, {message}"
 
 
 def _of_number(name: str, value: Any, factor: float, what: NumberKey, unit: str) -> Iterator[str]:

@@ -120,6 +120,21 @@ def drive_faults(table: Mapping[str, Any], letter: str) -> Iterator[tuple[str, s
             yield "machine-missing", name, "missing", ""
 
 
+def faults_of_record(drive: object, letter: str) -> Iterator[str]:
+    """Yield each fault of the drive of an axis that a script made, by the key that files have."""
+    if not isinstance(drive, Drive):
+        yield f"is of type {type(drive).__name__}; it is to be a cncgen.machine.Drive, or None"
+        return
+    factor = to_file(letter)
+    for key in KEYS:
+        value = getattr(drive, key.field)
+        if value is None and key.field == "velocity_scale":
+            continue
+        scaled = _short(value / factor, value, factor) if key.per_unit and is_number(value) else value
+        if not key.holds(scaled):
+            yield f"{key.key(letter)}: must be {key.wanted}, is {scaled!r}"
+
+
 def drive_of(table: Mapping[str, Any], letter: str) -> Drive:
     """Return the drive of a table without faults, its scales in mm or rad."""
     factor = to_file(letter)
@@ -136,6 +151,8 @@ def drive_table(drive: Drive, letter: str) -> dict[str, Any]:
     factor, usual, table = to_file(letter), Drive(counts=math.nan), {}
     for key in KEYS:
         value = getattr(drive, key.field)
+        if key.kind == "number" and value is not None:
+            value = float(value)  # of numpy, JSON could not hold it
         if value != getattr(usual, key.field):
             table[key.key(letter)] = _short(value / factor, value, factor) if key.per_unit else value
     return table

@@ -7,7 +7,16 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
-from cncgen.arguments import declared, expect, expect_axes, expect_number, expect_path, untouched, wrong
+from cncgen.arguments import (
+    declared,
+    expect,
+    expect_axes,
+    expect_number,
+    expect_path,
+    is_number,
+    untouched,
+    wrong,
+)
 from cncgen.pipeline.planning import (
     Plan,
     as_read,
@@ -113,14 +122,16 @@ def fmu(
     from cncgen.servo.fmu import fmu_bytes
     from cncgen.servo.named_schemes import scheme_maker, settings_of
 
-    if fmi not in (2, 3):
+    if not is_number(fmi) or fmi not in (2, 3):
         raise wrong(f"fmi = {fmi!r} must be 2 or 3, the version of the standard")
     servos = servos_of(machine)
+    if not servos:
+        raise wrong("there are no axes with servo data")
     letters = expect_axes(axes, "axes") if axes else "".join(k for k in AXIS_LETTERS if k in servos)
     usual = machine.period_s if isinstance(machine, Machine) else 0.001
     period = usual if period_s is None else expect_number(period_s, "period_s", open_low=True)
     scheme = scheme_maker(controller, servos, settings_of(coupling_of(machine)))(letters, period)
-    return fmu_bytes(scheme, controller, letters, period, fmi)
+    return fmu_bytes(scheme, controller, letters, period, int(fmi))
 
 
 def _chunks_of(setpoints: Iterable[Setpoints] | Setpoints | Plan) -> Iterator[Setpoints]:
