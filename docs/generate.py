@@ -145,7 +145,7 @@ def manual_page() -> str:
         usage = " ".join(command.collect_usage_pieces(click.Context(command)))
         parts.append(f".SS {_roff(words)} {_roff(usage)}\n{_paragraphs(command.help)}\n{_options(command)}")
     parts.append(
-        ".SH EXIT STATUS\n0: done. 1: the program has errors, or verify found a limit broken. 2: wrong usage or an "
+        ".SH EXIT STATUS\n0: done. 1: the program has errors, or verify or cut found faults. 2: wrong usage or an "
         "unreadable file. 3: no plan exists within the limits.\n.SH SEE ALSO\n.B cncgen explain\n.I CODE\n"
         "prints what a diagnostic means."
     )

@@ -78,8 +78,8 @@ def _near(name: str) -> str:
 def cli() -> None:
     """NC programs to servo setpoints: as fast as the machine's limits allow, and never over them.
 
-    PROGRAM is a file, or - for standard input. Exit codes: 0 done, 1 the program has errors (or verify found a limit
-    broken), 2 wrong usage or an unreadable file, 3 no plan exists within the limits.
+    PROGRAM is a file, or - for standard input. Exit codes: 0 done, 1 the program has errors (or verify or cut
+    found faults), 2 wrong usage or an unreadable file, 3 no plan exists within the limits.
     """
 
 
