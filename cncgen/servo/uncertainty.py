@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.interrupts import held
 from cncgen.machine.record import Servo
 from cncgen.machine.servo_parameters import MODELS, Parameter
 from cncgen.servo.identified_spread import SERVO_MODELS, IdentifiedSpread
@@ -130,7 +131,8 @@ def sobol(dimensions: int, draws: int, seed: int) -> Floats:
 
     if not dimensions:
         return np.zeros((draws, 0))
-    sampler = qmc.Sobol(dimensions, scramble=True, seed=seed)
+    with held():  # scipy reads a table where an exception would be printed and dropped
+        sampler = qmc.Sobol(dimensions, scramble=True, seed=seed)
     points = sampler.random_base2(max(int(draws - 1).bit_length(), 0))
     return np.asarray(points[:draws], np.float64)
 

@@ -14,6 +14,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.interrupts import held
+
 Floats = NDArray[np.float64]
 
 DESIGNS = ("grid", "latin_hypercube", "sobol", "saltelli")
@@ -70,7 +72,9 @@ def _sobol(dimensions: int, points: int, seed: int) -> Floats:
     with warnings.catch_warnings():
         # The reader of the file reports a number that is not a power of two.
         warnings.simplefilter("ignore", UserWarning)
-        drawn: Floats = qmc.Sobol(dimensions, scramble=True, seed=seed).random(points)
+        with held():  # scipy reads a table where an exception would be printed and dropped
+            sobol = qmc.Sobol(dimensions, scramble=True, seed=seed)
+        drawn: Floats = sobol.random(points)
     return drawn
 
 

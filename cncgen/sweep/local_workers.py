@@ -9,10 +9,11 @@ import warnings
 from collections.abc import Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import connection, get_context, parent_process
+from multiprocessing import connection, get_context, parent_process, resource_tracker
 from types import FrameType
 from typing import Protocol
 
+from cncgen.interrupts import held, let_through
 from cncgen.sweep.jobs import (
     Bundle,
     JobOutcome,
@@ -79,7 +80,12 @@ class LocalWorkers:
     def submit(self, batch: Batch) -> None:
         """Hand over a batch."""
         try:
-            future = self._started_pool().submit(compute_batch, code_version(), batch)
+            if os.name == "posix" and self._pool is None:
+                # It is started with the first process, and lets all signals through as it is.
+                resource_tracker.ensure_running()
+            # A process that is started by half would die with a traceback.
+            with held():
+                future = self._started_pool().submit(compute_batch, code_version(), batch)
         except BrokenProcessPool:
             future = Future()
             future.set_exception(BrokenProcessPool())
@@ -119,6 +125,7 @@ def begin_worker(bundles: Sequence[Bundle]) -> None:
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, leave)
+    let_through()
     # As in the driver's process, warnings of libraries are none of the user's; faults are in the rows.
     warnings.showwarning = lambda *_, **__: None
     take_bundles(bundles)

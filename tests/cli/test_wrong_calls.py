@@ -96,7 +96,7 @@ def folder(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("simulate s.csv --axis-params xy-table --controller tcf --axes x", 2, "tcf"),
         ("verify s.csv -m xy-table", 2, "Missing option '-p' / '--program'"),
         ("verify - -p - -m xy-table", 2, "cannot both come from standard input"),
-        ("verify s.csv -p part.nc --resolution 0", 2, "0.0 is not in the range x>0"),
+        ("verify s.csv -p part.nc --resolution 0", 2, "0.0 is not in the range 0<x<=1.0"),
         ("verify s.csv -p dwell.nc -m xy-table", 1, "verify-distance"),
         ("compare part.nc --feedrates foo,optimal,baz", 2, "feedrate = 'baz' is not one of optimal, ild"),
         ("compare part.nc --feedrates constant --interpolators bar", 2, "interpolator = 'bar' is not one of"),

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ from cncgen.diagnostics import UsageError
 from cncgen.pipeline import plan_with_summary, simulate
 from cncgen.planner import PlanOptions
 from cncgen.servo.summary import summarize
-from cncgen.sweep import jobs
+from cncgen.sweep import jobs, local_workers
 from cncgen.sweep.definition import SweepDefinition, load_sweep
 from cncgen.sweep.driver import JobQueue, Progress, RowWriter, layout_of, run_sweep
 from cncgen.sweep.jobs import JobOutcome, Place, SweepJob
@@ -135,6 +136,27 @@ def test_a_second_driver_is_kept_out(folder: Path) -> None:
     results.prepare()
     with results.locked(), pytest.raises(UsageError, match="another sweep writes"):
         run_sweep(sweep, "R", Here(sweep))
+
+
+def test_processes_are_started_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C amid the start of a process waits for its end: the process died with a traceback of Python's."""
+    held: list[set[signal.Signals]] = []
+
+    def blocked() -> set[signal.Signals]:
+        return {signal.Signals(each) for each in signal.pthread_sigmask(signal.SIG_BLOCK, ())}
+
+    class Pool:
+        def __init__(self, *_: object, **__: object) -> None: ...
+
+        def submit(self, *_: object) -> Future[object]:
+            held.append(blocked())
+            return Future()
+
+    monkeypatch.setattr(local_workers, "ProcessPoolExecutor", Pool)
+    before = blocked()
+    LocalWorkers(2, ()).submit(())
+    assert held[0] >= {signal.SIGINT, signal.SIGTERM}
+    assert blocked() == before
 
 
 def test_a_lock_that_nobody_can_write_is_named(tmp_path: Path) -> None:
