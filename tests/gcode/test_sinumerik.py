@@ -58,6 +58,8 @@ MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
     "REPEAT from a label to here": ("G91\nAN: G0 X1\nREPEAT AN P=2", [(1,), (2,), (3,)]),
     "REPEATB": ("G91\nAN: G0 X1\nY1\nREPEATB AN P=2", [(1,), (1, 1), (2, 1), (3, 1)]),
     "a subprogram": ("G91\nL10 P3\nG0 Y1\nM30\n%_N_L10_SPF\nG0 X1\nM17", [(1,), (2,), (3,), (3, 1)]),
+    "a subprogram of a cycle's name": ("CYCLE82(5,0,2,-10)\nM30\nPROC CYCLE82(REAL A, REAL B, REAL C, REAL D)\nG0 X=A Y=D\nM17", [(5, -10)]),
+    "a subprogram of a cycle's name, modal": ("G91\nMCALL CYCLE82\nX1\nX1\nMCALL\nX1\nM30\n%_N_CYCLE82_SPF\nG0 Y1\nY1\nM17", [(1,), (1, 1), (1, 2), (2, 2), (2, 3), (2, 4), (3, 4)]),
     "PROC": ("WEG(3,4)\nM30\nPROC WEG(REAL A, REAL B)\nG0 X=A Y=B\nRET", [(3, 4)]),
     "VAR": ("R1=1\nPLUS(R1)\nG0 X=R1\nM30\nPROC PLUS(VAR REAL WERT)\nWERT=WERT+5\nRET", [(6,)]),
     "an argument left out": ("WEG(,4)\nM30\nPROC WEG(REAL A=7, REAL B)\nG0 X=A Y=B\nM17", [(7, 4)]),

@@ -308,7 +308,7 @@ class Motions:
             # A subprogram ends the state when it is left (`running`); its own motions call nothing.
             self.in_modal = True
             self.run_call(name, arguments, 1)
-            if name in _CYCLES:
+            if name in _CYCLES and not self.store.is_file(name):
                 self.in_modal = False
         return ended
 
@@ -430,7 +430,11 @@ class Motions:
             message = f"{name} is passed over: a coupling of spindles moves no axis here"
             self.ip.note_once("channel-alone", message, name, "the time until they turn alike is not counted")
             return
-        if name in _CYCLES or name in commands.CALLS:
+        if name in _CYCLES and self.store.is_file(name):
+            message = f"{name} is the subprogram of this name, which a control takes before its own cycle"
+            self.ip.note_once("cycle-own", message, name, "rename the file if the control's cycle is meant")
+            self.begin_call(name, arguments, times)
+        elif name in _CYCLES or name in commands.CALLS:
             if name != "MSG":
                 self.settle()
             parameters = cycles.CycleParameters(
