@@ -157,7 +157,6 @@ def _folders(path: str | os.PathLike[str] | None, options: ReadOptions) -> list[
 def _moving_axes(
     text: Source, choice: Choice, path: str | os.PathLike[str] | None, options: ReadOptions
 ) -> str:
-    """Return the letters of the axes that a program names."""
     dialect, folders = choice.dialect, _folders(path, options)
     rotary = "".join(AXIS_LETTERS[k] for k in (options.kinematics.axes if options.kinematics else ()))
     if dialect == SINUMERIK:

@@ -36,7 +36,6 @@ _PLAIN_LETTERS = "dehijklpqr"
 _MAX_PLANS = 4096
 _G4, G49, G53 = 40, 490, 530
 _M98 = 980
-#: G0 and G1.
 _STRAIGHT = (0, 10)
 #: The group of codes that hold for their block alone.
 _ONE_SHOT = "non-modal"
@@ -176,7 +175,6 @@ class BlockPlans:
         ]
 
     def _code(self, letter: str, number: int, block: Block) -> Code:
-        """Return a code of the table, or raise."""
         code = self.codes.get((letter, number))
         if code is None and letter == "M" and (self.dialect != "linuxcnc" or self._plain):
             from cncgen.gcode.codes.subprograms import of_builder

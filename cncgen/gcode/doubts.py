@@ -270,7 +270,6 @@ def _lengths(head: bytes, lines: bytes, mill: bool) -> _Doubt:
 def _doubts(
     source: Source, dialect: str, least_increment: float | None
 ) -> Iterator[tuple[Cursor, BlockError]]:
-    """Yield doubts about a text, with their lines."""
     head = source.data[:_HEAD]
     lines, of_fanuc = different(source)[0], language_of(dialect) == "fanuc"
     asked = [*_OF_OTHERS] if language_of(dialect) in BOTH else []

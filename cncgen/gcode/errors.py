@@ -151,7 +151,6 @@ class Reporter:
 
     def __init__(self, diagnostics: Diagnostics) -> None:
         self.diagnostics = diagnostics
-        #: Called at each error.
         self.on_error: Callable[[], None] = lambda: None
 
     def report(

@@ -14,7 +14,6 @@ from cncgen.gcode.text.parsers import parser
 from cncgen.kernels import gcode_codes
 from cncgen.kernels.gcode_lines import Lines
 
-#: Bytes in which programs are looked for.
 _HEAD = 65_536
 #: Letters without which a line ends no program and calls none.
 _TELLING = frozenset("MP")

@@ -27,7 +27,6 @@ from cncgen.kernels.gcode_names import named
 from cncgen.records import dataclass
 from cncgen.units import AXIS_LETTERS
 
-#: Files that are looked into at most.
 MAX_FILES = 1000
 
 #: Words of distances on a lathe of FANUC, and their axes.
@@ -124,7 +123,6 @@ def _begins_without(main: _Text) -> bool:
 
 
 def _named(text: Source, dialect: str) -> _Text:
-    """Return the axes that a text names."""
     count = 2 * gcode_codes.CODE_NUMBERS
     first, calls = array("i", bytes(8 * count)), bytearray(count)
     language = language_of(dialect)

@@ -123,7 +123,6 @@ def _is_place(source: Source, offset: int, axis: str, start: float, end: float) 
 
 
 def _remark(axis: str, start: float, end: float) -> BlockError:
-    """Return the remark on a way."""
     shorter = (end - start + _TURN / 2.0) % _TURN - _TURN / 2.0
     start, end, way, shorter = (round(number, 4) + 0.0 for number in (start, end, end - start, shorter))
     message = (

@@ -25,7 +25,6 @@ MAX_LINE = 65_536
 MAX_STREAM = 4 * 1024**3
 #: Bytes looked at to tell text from binary.
 _HEAD = 4096
-#: Bytes of a stream that are read at a time.
 _BLOCK = 1 << 20
 #: Bytes of the leader and trailer of a tape: blank places, and the codes DC1 to DC4 that start and stop its reader and punch; and the
 #: Control-Z that ends a text of CP/M and MS-DOS, with which XMODEM fills its last block.

@@ -151,7 +151,6 @@ def _radius_counts(ip: Interpreter, name: str) -> None:
 
 
 def _length(ip: Interpreter, end: list[float], centre: tuple[float, float], turns: int) -> float:
-    """Return the length of an arc or helix."""
     first, second, normal = ip.state.plane_axes()
     start = ip.state.position
     begin = complex(start[first] - centre[0], start[second] - centre[1])
@@ -184,7 +183,6 @@ def _turns(block: Block, name: str) -> int:
 def _centre_by_radius(
     ip: Interpreter, block: Block, end: list[float], clockwise: bool, name: str
 ) -> tuple[float, float]:
-    """Return the centre from R."""
     state = ip.state
     first, second, _ = state.plane_axes()
     start = state.position

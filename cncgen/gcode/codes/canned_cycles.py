@@ -24,7 +24,6 @@ from cncgen.toolpath.record import Event, PathMode
 
 #: How far above the bottom of the last peck the next one begins, by inches (mm and inch units).
 PECK_CLEARANCE = {False: 0.254, True: 0.010}
-#: Repeats beyond which a cycle counts as a mistake.
 MAX_REPEATS = 100_000
 #: Pecks of one hole beyond which Q counts as a mistake.
 MAX_PECKS = 100_000
@@ -320,7 +319,6 @@ _MEANINGS = {
 
 
 def _check_block(ip: Interpreter, block: Block, number: int) -> None:
-    """Raise where the words of a cycle are missing or wrong."""
     state, name = ip.state, f"G{number / 10:g}"
     if block.words.keys().isdisjoint("xyzuvw@^"):
         raise BlockError("cycle-words", f"{name} has no axis word", name)

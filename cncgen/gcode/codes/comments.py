@@ -76,7 +76,6 @@ def _log_file(action: str) -> Callable[[Interpreter, str], None]:
 
 
 def _abort(ip: Interpreter, rest: str) -> None:
-    """End the program with a message."""
     raise Stop(BlockError("program-abort", f"the program aborts itself: {expand(ip, rest).strip()}"))
 
 

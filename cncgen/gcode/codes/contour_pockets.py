@@ -59,7 +59,6 @@ def area(contour: Contour) -> float:
 
 
 def _distance(segment: Segment, p: complex) -> float:
-    """Return how far a point is from a segment."""
     if segment.centre is None:
         along = segment.end - segment.start
         part = min(1.0, max(0.0, ((p - segment.start) * along.conjugate()).real / abs(along) ** 2))

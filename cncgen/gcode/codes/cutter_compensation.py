@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 #: How much farther than programmed (rad) LinuxCNC lets a compensated arc sweep, in inches (G20) and in mm: measured on its
 #: interpreter, for tools inside and outside of arcs, radii of 0.5 to 10 and sweeps of 0.1 to 1.5 rad.
 _GROWTH = {True: 0.001, False: 0.0254}
-#: Planes in which dialects compensate.
 _PLANES, _PLANES_OF_LINUXCNC = (17, 18, 19), (17, 18)
 #: Dialects in which compensation is LinuxCNC's.
 _STRICT = ("linuxcnc",)

@@ -22,7 +22,6 @@ from cncgen.units import INCH
 
 #: The word P of a text, and the first and last character that P is.
 _TEXT, _FIRST, _LAST = 0, 32, 126
-#: The height of letters without J, inches.
 _HEIGHT = 1.0
 
 

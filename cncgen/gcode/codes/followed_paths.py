@@ -40,7 +40,6 @@ class FollowedSink(PassingSink):
         self._rate = 0.0
 
     def _check(self, block: Block) -> None:
-        """Refuse codes whose rows say so."""
         for code in self.ip.codes.of(block):
             what, under = code.refused
             if under & self.under:

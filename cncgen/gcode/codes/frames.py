@@ -119,7 +119,6 @@ def _change(ip: Interpreter, parts: CoordinateFrame) -> None:
 
 
 def _current(ip: Interpreter) -> CoordinateFrame:
-    """Return a copy of the frame in force."""
     if not isinstance(ip.sink, affine.FramedSink):
         return CoordinateFrame()
     if not isinstance(ip.sink, _FanucSink):

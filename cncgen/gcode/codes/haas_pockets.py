@@ -39,7 +39,6 @@ def _radii(words: dict[str, float], name: str, tool: float) -> list[float]:
 
 
 def _depths(ip: Interpreter, block: Block, name: str) -> list[float]:
-    """Return the depths, one after the other."""
     start = ip.state.position[_Z]
     if "z" not in block.words:
         return [start]

@@ -19,7 +19,6 @@ from cncgen.gcode.state.modal import Stage
 from cncgen.records import dataclass
 from cncgen.toolpath.record import Event
 
-#: Passes beyond which the words of G76 count as a mistake.
 MAX_PASSES = 10_000
 _X, _Z = 0, 2
 _G76 = 760

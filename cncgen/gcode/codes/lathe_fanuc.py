@@ -46,7 +46,6 @@ ONLY = (LATHE,)
 _OTHER_SYSTEMS = tuple(dialect for dialect, renamed in LATHES.items() if renamed)
 _THREAD, _VARYING = 320, 340
 _G40, _OFF = 400, 40
-#: M3 and M4.
 _STARTS = frozenset((30, 40))
 
 

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from cncgen.gcode.interpreter import Interpreter
 
 X, Z = 0, 2
-#: Words that this module converts.
 _TURNED = frozenset(("x", "z", "u", "v", "w", "a", "c", "h", ",a"))
 #: Words of distances: the axis and its column.
 DISTANCES = {"u": ("x", X), "v": ("y", 1), "w": ("z", Z), "h": ("c", 5)}

@@ -103,7 +103,6 @@ def _take(ip: Interpreter, block: Block, spline: OpenCurve, opening: bool) -> No
 
 
 def _take_point(ip: Interpreter, block: Block, spline: OpenCurve, opening: bool) -> None:
-    """Take a control point and its weight."""
     state = ip.state
     words = block.words
     if len(spline.knots) > len(spline.points):
@@ -129,7 +128,6 @@ def _take_point(ip: Interpreter, block: Block, spline: OpenCurve, opening: bool)
 
 
 def _check_first_point(point: list[float], position: list[float], axes: frozenset[str]) -> None:
-    """Raise where a curve does not begin where the tool is."""
     gap = max(abs(p - q) for p, q in zip(point, position, strict=True))
     if gap > START_TOLERANCE:
         letter = max(axes, key=lambda a: abs(point[AXIS_INDEX[a]] - position[AXIS_INDEX[a]]))

@@ -17,7 +17,6 @@ from cncgen.gcode.state.systems import EXTERNAL, MORE_COUNT, SYSTEM_COUNT, first
 
 #: Data of G10 L that have no use without the control.
 _DATA = {3: "tool life data", 50: "parameters of the control", 52: "parameters of the control"}
-#: The number of G54, in tenths.
 FIRST_SYSTEM = 540
 _KINDS = "L2 P1 to P6 set G54 to G59, L20 P sets G54.1 P, L10 to L13 P R set a tool's length, its wear, radius, its wear"
 

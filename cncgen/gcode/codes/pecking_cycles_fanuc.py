@@ -14,7 +14,6 @@ from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
 
-#: Steps of one cycle beyond which P and Q count as mistakes.
 _MAX_STEPS = 10_000
 _PLACE, _STEP = {X: "x", Z: "z"}, {X: "p", Z: "q"}
 #: The steps of Haas, which are lengths.

@@ -126,7 +126,6 @@ def _sense(block: Block, name: str) -> float:
 
 
 def _arc(ip: Interpreter, end: list[float], centre: complex, turns: int, plane: int, name: str) -> None:
-    """Feed along an arc."""
     check_feed(ip, ip.sink.block, name)
     state = ip.state
     start, finish = in_plane(state.position, plane), in_plane(end, plane)

@@ -160,7 +160,6 @@ def constant_surface(ip: Interpreter, block: Block) -> None:
 
 
 def _take_speed(ip: Interpreter, speed: float) -> None:
-    """Set S of the first spindle to what the control makes it."""
     ip.state.speed = speed
     ip.sink.set_spindle(speed, ip.state.direction or ip.state.driven)
     ip.sink.call(f"SET_SPINDLE_SPEED(0, {speed:.4f})", _event(ip, False))

@@ -39,7 +39,6 @@ def _check_plane(ip: Interpreter, block: Block, name: str) -> None:
 
 
 def _pair(block: Block, letters: str, name: str) -> tuple[float, float]:
-    """Return two words that belong together."""
     given = [letter for letter in letters if letter in block.words]
     if len(given) < 2:
         both = " and ".join(letters.upper())
@@ -105,7 +104,6 @@ def nurbs(ip: Interpreter, block: Block) -> None:
 
 
 def _take(ip: Interpreter, block: Block, spline: OpenNurbs, opening: bool) -> None:
-    """Take one block of the curve."""
     _check_plane(ip, block, "G5.2")
     check_feed(ip, block, "G5.2")
     words, explicit = block.words, 52 in block.g

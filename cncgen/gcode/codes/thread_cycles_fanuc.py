@@ -31,7 +31,6 @@ from cncgen.gcode.state.modal import Stage
 from cncgen.records import dataclass
 
 _PASSES = 10_000
-#: Depths that differ by less are equal.
 _TINY = 1e-9
 #: Angles that a thread's tool has on this control.
 _ANGLES = (0, 29, 30, 55, 60, 80)
@@ -143,7 +142,6 @@ def _thread_of(ip: Interpreter, block: Block) -> _Thread:
 
 
 def _cut(ip: Interpreter, block: Block) -> None:
-    """Cut a thread."""
     thread, chamfer = _thread_of(ip, block), 0.1 * turning_of(ip).chamfer
     check_spindle(ip, "G76")
     start_x, start_z = ip.state.position[X], ip.state.position[Z]

@@ -21,7 +21,6 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
 from cncgen.records import replace
 
-#: Orders of Q, digits of the axes.
 _ORDERS = (123, 132, 213, 231, 312, 321)
 _UNIT = affine.UNIT
 #: Numbers Q of the first block and the last one of P2 (0 may be left out) and P3.

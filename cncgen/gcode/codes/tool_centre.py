@@ -507,7 +507,6 @@ def meeting(old: OffsetCurve, new: OffsetCurve, side: int) -> complex | None:
 
 
 def _heading(curve: OffsetCurve, point: complex) -> complex:
-    """Return the direction of a curve at a point on it."""
     if curve.centre is None:
         return curve.heading_in
     return (1j if curve.turns > 0 else -1j) * (point - curve.centre)

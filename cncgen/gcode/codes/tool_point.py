@@ -27,7 +27,6 @@ from cncgen.records import replace
 
 #: A path is looked at in at least so many parts.
 _LOOK_PARTS = 2
-#: The number of G43.5, in tenths.
 _DIRECTIONS = 435
 #: Halvings of such a step.
 _MAX_DEPTH = 12

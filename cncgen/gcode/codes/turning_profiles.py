@@ -28,11 +28,9 @@ if TYPE_CHECKING:
 #: Groups of the codes of a profile beside its motions: all others are ignored.
 _GROUPS = ("distance", "arc distance")
 _LINE = 10
-#: Moves of a profile beyond which it counts as endless.
 MAX_MOVES = 10_000
 #: Cuts and passes of a cycle beyond which a step counts as a mistake.
 MAX_CUTS = 100_000
-#: Lengths below this are nothing.
 TINY = 1e-9
 #: How far an arc that ends where it turns back may lead past its end, since programs round their places (program units; FANUC has parameter 5145).
 ROUNDED = 1e-3
@@ -268,7 +266,6 @@ def _execute(ip: Interpreter, recorder: Recorder, whole: Block) -> list[tuple[fl
 
 
 def _rounded(segments: list[Segment], corners: list[tuple[float, bool]]) -> list[Segment]:
-    """Put fillets and chamfers between segments."""
     out = [segments[0]]
     for segment, (size, rounded) in zip(segments[1:], corners, strict=False):
         last = out[-1]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-#: Meaning by letter and number in tenths.
 MEANING: dict[tuple[str, int], str] = {
     **dict.fromkeys((("G", 22), ("G", 32)), "involute interpolation"),
     **dict.fromkeys((("G", 23), ("G", 33)), "exponential interpolation"),
@@ -35,7 +34,6 @@ MEANING: dict[tuple[str, int], str] = {
 }
 
 _TILTED = "post it with the rotary axes in place and X Y Z as the axes go, with G68.2, or with G43.4"
-#: Advice for a code that is not read.
 WITHOUT: dict[tuple[str, int], str] = {
     **dict.fromkeys((("G", n) for n in (683, 684)), _TILTED),
     ("G", 721): "G68 with its own angle before each M98 turns the copies",

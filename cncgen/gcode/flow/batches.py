@@ -153,7 +153,6 @@ class Batches:
         self._cycle, self._under = state.cycle, (state.plane, state.inches)
 
     def _take_modes(self) -> None:
-        """Apply the changes of the blocks."""
         state, sink, modes, levels = self._ip.state, self._ip.sink, self._modes, self._levels
         motion = modes[gcode_codes.MOTION]
         state.motion = NO_MOTION if motion < 0 else 10 * motion
@@ -178,7 +177,6 @@ class Batches:
                 sink.set_feed_rate(feed)
 
     def _take_cycle(self) -> None:
-        """Take over the words of the cycle in force."""
         from cncgen.gcode.codes.canned_cycles import Sticky
 
         state, given = self._ip.state, self._modes[gcode_codes.GIVEN]
@@ -230,7 +228,6 @@ class Batches:
             ip.codes["M" if kind < 10 else "G", 10 * kind].run(ip, block)
 
     def _hand_rows(self, begin: int, end: int) -> None:
-        """Give rows to the sink."""
         if end > begin:
             self._ip.sink.motions(
                 MotionBatch(

@@ -87,7 +87,6 @@ class Course:
         self._looked = False
         #: Whether the last line was an O-word: few plain blocks are likely to follow.
         self._branched = False
-        #: Blocks of the next scan, at most.
         self._ahead = BLOCKS
 
     def _make_line_runner(self) -> LineRunner:

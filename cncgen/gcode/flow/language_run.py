@@ -32,7 +32,6 @@ from cncgen.gcode.text.lanes import empty_block
 from cncgen.gcode.text.line_runs import ProgramLines
 from cncgen.gcode.text.search import opened, places, search_path
 
-#: Lines after which rows are taken away.
 _YIELD = 512
 #: How often in a row lines are run together from one on that are too few for it, and how many are enough.
 _TRIES, _ENOUGH = 3, 6
@@ -139,7 +138,6 @@ class LanguageRun(Run, Generic[P]):
     hangs = False
 
     def _assemble(self, sink: Sink) -> None:
-        """Make the interpreter."""
         self.ip = Interpreter(sink, self._options, self._faults.remark, self.dialect)
         self.frames: list[Frame[P]] = []
         self._folders = search_path(self._path, self._options.include)
@@ -159,14 +157,12 @@ class LanguageRun(Run, Generic[P]):
         """Make what the language needs."""
 
     def _load(self, index: int, name: str) -> P:
-        """Return the program of a source."""
         raise NotImplementedError
 
     def _begin(self, main: P) -> None:
         """Put what the language begins with in force."""
 
     def _line(self, frame: Frame[P], at: int) -> None:
-        """Run a line of a program."""
         raise NotImplementedError
 
     def _handler(self, kind: str) -> Callable[..., None] | None:
@@ -178,7 +174,6 @@ class LanguageRun(Run, Generic[P]):
         raise NotImplementedError
 
     def _parameter_values(self) -> array[float]:
-        """Return the values of R or Q parameters by number."""
         return self.ip.parameters.numbers
 
     def _scopes(self) -> list[dict[str, Any]]:
@@ -403,7 +398,6 @@ class LanguageRun(Run, Generic[P]):
             main.restart(self._reached)
 
     def _finish(self, main: P) -> None:
-        """Report missing parts at the end of the text."""
         last = next((line.here for line in reversed(main.lines) if line.says()), None)
         here = last or Cursor(0, 0, 1)
         try:

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from cncgen.gcode.text.marked_lines import Marked
 
 VACANT = math.nan
-#: The variable of input 0 of Haas's controls.
 _INPUTS = 1000
 #: How far a computed line number may be from a whole one.
 _WHOLE = 1e-4

@@ -26,9 +26,7 @@ if TYPE_CHECKING:
     Method = Callable[["FlowControl", Flow, Cursor, Cursor], Cursor | None]
 
 
-#: Numbers closer than this are equal.
 _EQUAL = 1e-4
-#: The goal of BREAK and CONTINUE.
 _LOOP_END = "the loop's end"
 #: Keywords that begin a branch or loop, and claim its label, and those that end it.
 _BEGINNING = {"if": "endif", "while": "endwhile", "do": "while", "repeat": "endrepeat"}

@@ -113,7 +113,6 @@ class PendingBlocks:
         return None
 
     def _run_one(self, index: int, here: Cursor) -> None:
-        """Run one plain block by itself."""
         plain, ip = self._plain, self._ip
         flags = plain.flags[index]
         if flags & gcode_scan.SLASH and ip.options.block_delete:

@@ -16,7 +16,6 @@ from cncgen.gcode.flow.line_by_line import LineRunner
 from cncgen.gcode.flow.o_words import FlowControl
 from cncgen.gcode.text.labels import Cursor, Label
 
-#: Lines executed beyond which a profile counts as endless.
 _MAX_STEPS = 20_000
 Take = Callable[[Block], None]
 

@@ -19,7 +19,6 @@ _END, _MOVES = rb"M(?:0*2|30)(?![\d.])", rb"[XYZUW][ \t]*[-+.\d#\[]"
 _SUBPROGRAM, _LEADS = rb"M[ \t]*99(?![\d.])|ENDSUB", rb"GOTO|M9[678]|G7[0-3][^\n]*P\d+Q|M99P"
 #: A program by its number and what stands in it, and a call by a number or a computed one (FANUC).
 _PROGRAM, _CALLED = rb"(?ms)^[O:](\d+)(.*?)(?=^[O:]\d|\Z)", rb"P(\d+|[#\[])"
-#: Texts remembered.
 _MAX_TEXTS = 1024
 
 

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
 #: O-words that begin branches or a loop with a value, and their ends.
 _ENDS = {"if": "endif", "while": "endwhile", "repeat": "endrepeat"}
-#: A feed that is worked out.
 _FEED = re.compile(r"(?<![a-z])f[#\[]")
 #: Modal groups of what a line sets by a code alone.
 _MODES = frozenset(("plane", "units", "distance", "arc distance", "feed mode"))

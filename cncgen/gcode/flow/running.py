@@ -29,7 +29,6 @@ class Runner(Run):
     batches = True
 
     def _assemble(self, sink: Sink) -> None:
-        """Make the course."""
         choice, options = self._choice, self._options
         self._course = Course(
             self.sources,

@@ -224,6 +224,5 @@ def train(ip: Interpreter, name: str, labels: list[str], read: Read) -> None:
     ip.sink.set_feed_rate(ip.state.feed)
 
 
-#: Cycles that CYCL CALL runs; 14, 20 and 270 are data.
 RUN: dict[int, Callable[[Contours], None]] = {21: pilot, 22: rough, 23: floor, 24: side}
 DATA, TRAIN, WAYS = (14, 20, 270), 25, 270

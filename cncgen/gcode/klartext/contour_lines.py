@@ -115,11 +115,9 @@ class ContourLines(Execution):
             following = self._following(following)
 
     def _heading(self, at: int, statement: Statement, start: Point) -> complex | None:
-        """Return the direction in which a block leaves a point."""
         return contours.first_heading(self.ip, start, partial(self._block, at, statement.words))
 
     def _elements(self, at: int) -> list[free_contours.Element]:
-        """Return the elements of a free contour from a line on."""
         elements: list[free_contours.Element] = []
         pole = self._pole
         following: int | None = at

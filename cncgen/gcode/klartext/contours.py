@@ -215,7 +215,6 @@ def _touch(place: complex, centre: complex, radius: float, sense: int, *, leavin
 
 
 def _take_feed(ip: Interpreter, way: ContourWay, here: Block) -> None:
-    """Put the feed of a way in force."""
     feed = Plain.of(ip).tool_feed if way.called else way.feed
     if feed is not None:
         set_feed(ip, Block({"f": feed}))

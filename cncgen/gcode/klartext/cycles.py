@@ -143,7 +143,6 @@ ROWS: dict[int, CycleRow] = {
 #: The cycle that chooses a preset, which no call runs.
 PRESET = 247
 _PRESET = CycleRow(None, "339")
-#: Patterns, which run at once.
 PATTERNS = (220, 221)
 #: Cycles that move nothing that is planned: orientation of the spindle; weighing the load, tuning by the machine's builder.
 _IDLE = (13, 239, 332, 392)
@@ -225,7 +224,6 @@ def _listed(numbers: Iterable[int], q: Sequence[float]) -> str:
 
 
 def _tell(ip: Interpreter, number: int, row: CycleRow) -> None:
-    """Warn of parameters whose values are not read."""
     for parameter, one in row.told.items():
         if (value := ip.parameters.numbers[parameter]) != one.neutral:
             message = f"Q{parameter} = {value:g} of cycle {number} is not read: {one.done}"

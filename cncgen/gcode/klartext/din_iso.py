@@ -45,12 +45,10 @@ _TEXT = re.compile(
 )
 #: The number of a block, which is taken off before it is read.
 _NUMBER = re.compile(rf"\A\s*(?=N){_N}\s*", re.IGNORECASE)
-#: G functions have so many digits at most.
 _DIGITS_OF_G = 3
 #: By the number of a function of Q, its operator between or before P01 and P02.
 _OPERATORS = {0: "", 1: "+", 2: "-", 3: "*", 4: "DIV", 5: "SQRT", 6: "SIN", 7: "COS", 8: "LEN", 9: "EQU", 10: "NE", 11: "GT", 12: "LT",
     13: "ANG", 14: ""}  # fmt: skip
-#: How many values they have, where it is not two.
 _VALUES = {0: 1, 5: 1, 6: 1, 7: 1, 9: 3, 10: 3, 11: 3, 12: 3, 14: 1}
 _ALARM = 14
 #: The cycles of P parameters, by their G function, and the sense in which a pocket is milled.
@@ -62,7 +60,6 @@ _LINES, _ARCS = (0, 1, 7, 10, 11), {2: -1, 12: -1, 3: 1, 13: 1}
 _MOTIONS = (0, 1, 2, 3, 5, 6, 7, 10, 11, 12, 13, 15, 16)
 _SIDES: dict[int, Raw] = {40: ("R0", 0.0), 41: ("RL", 0.0), 42: ("RR", 0.0), 43: ("R±", 1.0), 44: ("R±", -1.0)}  # fmt: skip
 _MODES = (*_MOTIONS, *_SIDES, 90, 91)
-#: Frames, by their G function.
 _FRAMES = {54: 7, 72: 11, 73: 10, 80: 19}
 #: The kinds of words (`_Words`), those that G91 makes increments, and their names in plain language.
 _KINDS = {
@@ -107,7 +104,6 @@ def parse(body: str) -> Statement:
 
 @cache
 def _reader() -> Reader:
-    """Return the reader of all blocks."""
     from cncgen.grammars import tables_din_iso
 
     return Reader(tables_din_iso, {**_SAID, **RULES})
@@ -135,7 +131,6 @@ def _given(value: Value | str) -> Value:
 
 
 def _label(value: Value | str) -> str:
-    """Return the label that P03 names."""
     if not isinstance(value, str):
         raise _refused("a label by a parameter", 'P03 5, P03 "NAME"', "P")
     found: str = _SAID["label"](value.lstrip("+"))
@@ -242,7 +237,6 @@ class _Words:
 
 
 def _motion(head: str, *parts: Sequence[Raw]) -> Statement:
-    """Return a motion of the plain language with words."""
     return _SAID["motion"](head, *(word for words in parts for word in words))
 
 

@@ -14,7 +14,6 @@ from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.klartext.hole_cycle import HoleCycle, check_feeds, infeeds
 
-#: The parameter of the text.
 _TEXT = 500
 
 

@@ -26,7 +26,6 @@ from cncgen.units import INCH
 
 #: Cycles from this number on have their surface in Q203, and take M109 and M110 for their arcs on the control.
 OF_PARAMETERS = 200
-#: The hint where a file is missing.
 INCLUDE = "--include adds a folder to the search path"
 _ARCS = (Own.CIRCLE, Own.RADIUS_ARC, Own.POLAR_ARC)
 #: M functions that act at the end of their block (TNC 155, "M-functions which affect program run"), one lot after another: M5, M6 and M9
@@ -60,7 +59,6 @@ class Execution(ProgramText):
         super()._prepare()
         #: The part of the feed that M103 lets motions downwards have, 0 for all of it.
         self._plunge = 0.0
-        #: The program that cycle 12 names.
         self._of_cycle = ""
         #: The words of the block that is run, where they were computed before.
         self._given_words: list[tuple[str, float]] | None = None
@@ -131,7 +129,6 @@ class Execution(ProgramText):
         return found
 
     def _block(self, at: int, words: Sequence[tuple[str, Value]]) -> Block:
-        """Return words as a block, values known."""
         block = gather([(letter, evaluate(value, self.ip.parameters)) for letter, value in words])
         here = self._lines[at].here
         block.source, block.line, block.offset = here.source, here.line, here.offset
@@ -140,7 +137,6 @@ class Execution(ProgramText):
     def _here(
         self, at: int, g: tuple[int, ...] = (), words: dict[str, float] | None = None, m: tuple[int, ...] = ()
     ) -> Block:
-        """Return a block that stands at a line."""
         here = self._lines[at].here
         return Block(words or {}, g, m, None, here.source, here.line, here.offset)
 
@@ -161,7 +157,6 @@ class Execution(ProgramText):
             raise BlockError("comp-refused", message, "R", hint="a line with R0 leads off the contour before")
 
     def _plain(self, at: int, statement: Statement) -> None:
-        """Execute a line of motions, tools and M functions."""
         marks = statement.marks
         self._take_marks(marks)
         block = self._block(at, statement.words)
@@ -310,7 +305,6 @@ class Execution(ProgramText):
 
 
 def _moves(block: Block) -> bool:
-    """Tell whether a block makes a motion."""
     return not (AXIS_INDEX.keys().isdisjoint(block.words) and {*_ARCS, Own.POLAR_LINE}.isdisjoint(block.g))
 
 

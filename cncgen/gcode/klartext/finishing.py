@@ -19,7 +19,6 @@ _BESIDE = 3.5
 
 
 def _radius(cycle: HoleCycle, half: float = math.inf) -> float:
-    """Return the radius of the tool."""
     radius = cycle.ip.cutting_radius(cycle.name, half)
     message = f"{cycle.name} is {2.0 * half:g} wide, and the tool has the diameter {2.0 * radius:g}"
     if half == math.inf:
@@ -78,12 +77,10 @@ def wall_of_pocket(cycle: HoleCycle, wall: Pocket, how: Clearing, allowance: flo
 
 
 def _half_turn(cycle: HoleCycle, path: PocketPath, begin: complex, end: complex, sense: int) -> None:
-    """Go half a circle from one place of a pocket to another."""
     _arc(cycle, path.origin + end * path.turn, path.origin + (begin + end) / 2.0 * path.turn, sense)
 
 
 def _arc(cycle: HoleCycle, end: complex, centre: complex, sense: int, z: float | None = None) -> None:
-    """Go on an arc to a place."""
     if abs(end - cycle.place()) > _TINY:
         cycle.arc(end, centre, sense, z)
 

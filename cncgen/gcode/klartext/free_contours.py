@@ -33,7 +33,6 @@ _REFERENCES = frozenset(("RX", "RY", "RPR", "RPA", "RAN", "RCCX", "RCCY"))
 _TINY = 1e-9
 #: Places nearer to each other than this are one, and how far a place may lie beside what it is given to be on, mm.
 _SAME, _BESIDE = 1e-6, 1e-3
-#: Solutions that are followed at once.
 _MOST = 256
 _HINT = "the end, the angle AN, the centre CCX CCY, the radius R, or FLT and FCT between known elements"
 
@@ -170,7 +169,6 @@ class Chain:
         return list(parts[0].done)
 
     def _next(self, parts: Sequence[_Part], element: Element) -> list[_Part]:
-        """Return solutions with the next element."""
         groups = [_apart(self._on(part, element)) for part in parts]
         if element.select:
             most = max(map(len, groups))
@@ -188,7 +186,6 @@ class Chain:
         return found
 
     def _on(self, part: _Part, element: Element) -> Iterator[_Part]:
-        """Yield the solutions with the next element."""
         if not part.open:
             if element.values.get("CLSD") == 1.0 and part.start is not None:
                 part = replace(part, closing=part.start)
@@ -332,7 +329,6 @@ class _Words:
         return [curve for curve in found if start is None or curve.beside(start) < _BESIDE]
 
     def _ways(self, start: complex | None, heading: complex | None) -> list[complex]:
-        """Return the directions that a line may have."""
         v, end, on = self.v, self.end(), _point(self.v, "P1X", "P1Y")
         if "AN" in v:
             return [cmath.rect(1.0, math.radians(v["AN"]))]

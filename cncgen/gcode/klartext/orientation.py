@@ -25,9 +25,7 @@ TOOL, NORMAL = ("tx", "ty", "tz"), ("nx", "ny", "nz")
 _ANGLES, _COLUMNS = "abc", (3, 4, 5)
 #: Every axis, in bits of the columns.
 _ALL = -1
-#: M126 and M127.
 _SHORTEST, _LONGEST = 1260, 1270
-#: M91: positions of the machine.
 _OF_MACHINE = 530
 
 

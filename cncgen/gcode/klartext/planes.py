@@ -14,7 +14,6 @@ from cncgen.machine.kinematics import Kinematics
 
 #: The kinematics of a machine, and where its rotary axes stand, degrees, the carrying one first.
 Machine = tuple[Kinematics, tuple[float, float]]
-#: The words that define each kind of plane.
 WORDS: dict[str, tuple[str, ...]] = {
     "SPATIAL": ("SPA", "SPB", "SPC"),
     "EULER": ("EULPR", "EULNU", "EULROT"),
@@ -91,7 +90,6 @@ def named_axes(words: Mapping[str, float]) -> dict[int, float]:
     return {column: words[letter] for column, letter in enumerate("ABC", 3) if letter in words}
 
 
-#: The column of C.
 _SPIN = 5
 
 

@@ -21,9 +21,7 @@ from cncgen.gcode.text.plain_language import Statement
 _NUMBER = re.compile(r"\s*/?\s*(\d{1,9})\s")
 #: It stands for an unread block when another block looks at it.
 UNREAD = Statement("unread")
-#: How words of free contours begin.
 _FREE = ("FP", "FL", "FC")
-#: Letters of rotary axes.
 _ROTARY = frozenset("abc")
 
 
@@ -75,7 +73,6 @@ class ProgramText(LanguageRun[Program]):
         self._is_free = False
 
     def _load(self, index: int, name: str) -> Program:
-        """Read the lines of a source, and the labels."""
         source = self.sources[index] = lines.joined(self.sources[index])
         program = Program(
             ProgramLines(source, lambda here: Line(here, lines.bare(source.text_at(here.offset))))
@@ -119,7 +116,6 @@ class ProgramText(LanguageRun[Program]):
 
     @property
     def _lines(self) -> ProgramLines[Line]:
-        """The lines of the program in progress."""
         return self.frames[-1].program.lines
 
     def _following(self, at: int) -> int | None:

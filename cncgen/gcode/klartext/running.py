@@ -24,13 +24,11 @@ from cncgen.gcode.text import plain_language
 from cncgen.gcode.text.plain_language import Statement
 from cncgen.grammars.terminals import HEIDENHAIN as TERMINALS
 
-#: The cycle that names contours.
 _CONTOUR_LABELS = 14
 #: A text that is written out.
 _WRITTEN = re.compile(r'"([^"]*)"')
 #: A label of cycle 14: CONTOUR LABEL 1 /2 /"ISLAND".
 _LABEL = re.compile(rf"{TERMINALS['STRING']}|\d+")
-#: The arguments of PRESET SELECT.
 _PRESET = re.compile(r"#\s*(?P<row>\d+)(?P<keep>\s+KEEP\s+TRANS)?(?:\s+WP)?", re.IGNORECASE)
 #: Functions of tables and of the PLC.
 _FUNCTIONS_NOT_READ = {
@@ -54,7 +52,6 @@ class HeidenhainRunner(ContourLines):
         self._globals: dict[int, float] = {}
         self._points: list[points.Place] = []
         self._table = ""
-        #: The program that SEL PGM names.
         self._selected = ""
 
     def _finish(self, main: Program) -> None:
@@ -80,13 +77,11 @@ class HeidenhainRunner(ContourLines):
         self.reporter.report(self.sources[index], line, offset, error, Severity.WARNING)
 
     def _line(self, frame: Frame, at: int) -> None:
-        """Run a line."""
         body = frame.program.lines[at].body
         if body and body[0] != "*":
             self._run_statement(frame, at, self._statement(at, body))
 
     def _run_statement(self, frame: Frame, at: int, statement: Statement) -> None:
-        """Run what a line says."""
         run = self._handler(statement.kind)
         if len(self.frames) > 1 and statement.words in _ENDS and sum(not one.part for one in self.frames) > 1:
             if statement.kind != "end_program":
@@ -353,7 +348,6 @@ class HeidenhainRunner(ContourLines):
         self._plain(at, Statement("block", plain_language.tolerance(words) if rest is not None else []))
 
     def _take_labels(self, labels: list[str]) -> None:
-        """Take the labels of contours."""
         plain = Plain.of(self.ip)
         plain.contour, plain.labels = self._contour, labels
 

@@ -116,7 +116,6 @@ class CountingSink:
         return position
 
     def _one(self, end: Point) -> None:
-        """Count a motion."""
         self.budget.spend(MOTION)
         self.count += 1
         if end != self._rest:

@@ -95,7 +95,6 @@ class PrintingSink:
     _alone = _ALONE
 
     def _motion(self, text: str, end: Point) -> None:
-        """Print a motion to a place."""
         self.budget.spend(self._alone)
         self.call(text)
 

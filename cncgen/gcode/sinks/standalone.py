@@ -28,7 +28,6 @@ from cncgen.gcode.state.modal import LENGTHS, zeros
 from cncgen.toolpath.record import Event
 from cncgen.units import INCH
 
-#: Calls within one another.
 CALL_LEVELS = 9
 #: How far before the programmed point the probe trips (mm and inch).
 _SHORT = {False: 0.01 * INCH, True: 0.01}

@@ -48,7 +48,6 @@ def moving_axes(text: Source, folders: Sequence[Path] = (), rotary: str = "") ->
 
 
 def _axes(said: Said, plane: str, rotary: str) -> set[str]:
-    """Return the letters of the axes of one text."""
     names, codes = said.names, said.codes
     axes = {name[0] for name in names - _DIRECTIONS if len(name) == 1 or name[1:].isdigit()} | said.brackets
     if names & _DIRECTIONS or _TURNED in names:

@@ -48,9 +48,7 @@ _ACCEPTED = frozenset(
 _APPROACHES = ("KONT", "KONTC", "KONTT")
 _MOTIONS = ("ASPLINE", "CSPLINE", "BSPLINE", "POLY", "CIP", "CT")
 _FRAMES = ("TRANS", "ATRANS", "ROT", "AROT", "ROTS", "AROTS", "SCALE", "ASCALE", "MIRROR", "AMIRROR")
-#: Couplings of axes and of spindles.
 COUPLINGS = ("COUPDEF", "COUPON", "COUPONC", "COUPOF", "COUPOFS", "COUPDEL", "COUPRES")
-#: Commands that are named and not read.
 _NAMED_NOT_READ = {
     **dict.fromkeys(("TRAANG", "TRACON"), "a transformation of inclined axes"),
     **dict.fromkeys(("DIAMCYCOF", "DIAMONA", "DIAMOFA", "DIAM90A"), "diameters of lathes"),

@@ -20,7 +20,6 @@ _TINY = 1e-9
 
 
 def _check(motions: Motions, name: str, v: list[float]) -> None:
-    """Raise where parameters are wrong, or of what is not read."""
     vari, place, modes = round(v[10]), round(v[6]), round(v[18])
     along_x, finishes = vari % 10 == 2, vari // 10 % 10 == 2
     outside, front = place < 2, place % 2 == 1

@@ -15,7 +15,6 @@ from cncgen.gcode.sinks.sink import Curve, Point
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions, Words
 
-#: Degree of a polynomial of POLY at most.
 _MOST_DEGREE = 5
 _TINY = 1e-12
 

@@ -535,7 +535,6 @@ def _grid(motions: Motions, name: str, values: Values) -> None:
     _visit(motions, places)
 
 
-#: Places that CYCLE802 has at most.
 _MOST_PLACES = 9
 
 

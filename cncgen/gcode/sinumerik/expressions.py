@@ -258,8 +258,6 @@ def _digits(value: float | None) -> str:
 
 
 class _Arithmetic(common.Arithmetic):
-    """The arithmetic of numbers and texts."""
-
     def without(self, operation: int, which: int, a: common.Scalar, b: common.Scalar) -> common.Scalar:
         """Return the value of an operator on texts."""
         if operation == codes.BINARY:

@@ -67,7 +67,6 @@ class _Mill(FlatCutter):
 
 
 def _kind(name: str, vari: float) -> tuple[bool, int]:
-    """Return whether VARI roughs, and its tens."""
     message = f"VARI = {vari:g} of {name} neither roughs nor finishes"
     hint = "VARI ends in 1 to rough, in 2 to finish"
     refuse(name, (vari % 10 not in (1.0, 2.0), "not-read", message, hint))

@@ -15,11 +15,9 @@ from cncgen.gcode.sinumerik import commands, g_functions
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions, Words
 
-#: The largest OVR, in percent.
 _MOST_OVERRIDE = 200.0
 #: Words of a spindle's speed. M of a larger number than that of any spindle extends the address of a function of the builder: M20=151.
 _SPINDLE, _MOST_SPINDLES = re.compile(r"S\d?"), 9
-#: M functions that end programs.
 ENDS = {2: True, 30: True, 17: True}
 
 

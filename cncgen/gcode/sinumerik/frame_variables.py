@@ -31,9 +31,7 @@ from cncgen.records import replace
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
 
-#: Functions that make a frame.
 MAKERS = ("CTRANS", "CROT", "CSCALE", "CMIRROR", "CFINE")
-#: Variables that hold a frame.
 ORIGINS, PROGRAMMABLE, IN_FORCE = "$P_UIFR", "$P_PFRAME", "$P_IFRAME"
 VARIABLES = (ORIGINS, PROGRAMMABLE)
 #: Parts of a frame: shift, fine shift, rotation, scale, mirror.
@@ -57,7 +55,6 @@ def _refused(what: str, why: str) -> BlockError:
 
 
 def _frame(motions: Motions, value: Value) -> frames.Frame:
-    """Return the frame of a chain."""
     if isinstance(value, Chain):
         return _frame(motions, value.first).then(_frame(motions, value.second))
     if isinstance(value, Variable) and value.name == PROGRAMMABLE and not value.indices:

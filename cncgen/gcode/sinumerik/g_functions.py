@@ -241,7 +241,6 @@ def home(motions: Motions, words: Words) -> None:
 
 #: Threads whose lead changes by F, and which way.
 VARYING_LEADS = {"G34": 1.0, "G35": -1.0}
-#: Words of leads, and their axes.
 _LEADS = {"I": "x", "J": "y", "K": "z"}
 
 

@@ -113,7 +113,6 @@ class _Groove:
 
 
 def _check(motions: Motions, name: str, v: list[float]) -> None:
-    """Raise where parameters are wrong."""
     kind, corners = round(v[15]), max(map(abs, v[7:9])) + max(map(abs, v[9:11]))
     faults = (
         (motions.ip.state.plane != 18, "cycle-words", "works in the plane G18", "G18 stands before it"),

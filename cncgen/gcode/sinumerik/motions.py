@@ -48,7 +48,6 @@ from cncgen.gcode.text.labels import Cursor
 MODES = ("AC", "IC", "DC", "ACP", "ACN")
 #: Those of X, and the part of the value that counts: diameters and radii whatever is in force (840D sl, Fundamentals, "DAC, DIC, RAC, RIC").
 _OF_X = {"DAC": 0.5, "DIC": 0.5, "RAC": 1.0, "RIC": 1.0}
-#: Those that are not read.
 _UNREAD_MODES = ("CAC", "CIC", "CDC", "CACP", "CACN", "QU", "HF")
 _STEPS = ("IC", "DIC", "RIC")
 #: Motions: their number among the interpreter's codes; others are worked out here.
@@ -58,7 +57,6 @@ _PLAIN = {"G0": 0, "G1": 10, "G2": 20, "G3": 30}
 _IDLE = frozenset(
     ("FRC", "H", *(f"H{k}" for k in range(100)), "SPOS", "SPOSA", "LIMS", "DISC", "FAD", "OTOL", "CTOLG0", "OTOLG0", "STOLF", "N", "ALF", "DILF")
 )  # fmt: skip
-#: Codes of motions at a feed.
 _FED = frozenset((10, 20, 30, 50))
 #: The state that a contour may change while it is only examined.
 _EXAMINED = ("motion", "absolute", "pole", "polar", "rounding", "diameter", "modal", "heading", "path", "curve", "here")  # fmt: skip

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions, Words
     from cncgen.machine.kinematics import Kinematics
 
-#: Components of the direction.
 VECTOR = ("A3", "B3", "C3")
 #: Angles of the direction, degrees.
 ANGLES = ("A2", "B2", "C2")

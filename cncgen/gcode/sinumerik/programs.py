@@ -176,7 +176,6 @@ def _may_end(item: Item) -> bool:
     return item[:2] in (("name", "RET"), ("set", "M")) or (item[:2] == ("word", "M") and item[2] in ENDS)
 
 
-#: Main programs that were read before they run.
 _ahead: WeakKeyDictionary[Source, tuple[list[Program], Faults]] = WeakKeyDictionary()
 
 
@@ -243,7 +242,6 @@ def _expanded(text: str, macros: dict[str, str]) -> str:
 
 
 def _program(name: str, source: Source, texts: _Texts) -> Program:
-    """Return a program without lines."""
     lines = ProgramLines(source, texts.plain)
     return Program(lines, name, Labels(source, lines))
 

@@ -154,7 +154,6 @@ def _setting(target: tuple[str, tuple[Value, ...]], value: Value) -> Item:
 
 
 def _given(children: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return the children that are there."""
     return tuple(child for child in children if child is not None)
 
 
@@ -178,7 +177,6 @@ def _repeat_part(*children: Any) -> Item:
 
 #: Rules that are one word.
 _ALONE = ("else_", "endif", "loop", "endloop", "endfor", "endwhile", "repeat")
-#: Rules of two operands, and their operators.
 _OPERATORS = {"join": "<<", "both": "AND", "or_": "OR", "xor": "XOR", "bit_and": "B_AND", "bit_or": "B_OR", "bit_xor": "B_XOR"}  # fmt: skip
 #: The value of each rule of the grammar, of those of its parts.
 VALUES: dict[str, Callable[..., Any]] = {
@@ -240,5 +238,4 @@ VALUES: dict[str, Callable[..., Any]] = {
 
 @cache
 def _reader() -> Reader:
-    """Return the kernel with the tables of the grammar."""
     return Reader(import_module("cncgen.grammars.tables_sinumerik"), VALUES)

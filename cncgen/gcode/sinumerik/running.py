@@ -54,7 +54,6 @@ class SinumerikRunner(LanguageRun[Program]):
         self.store.in_force = partial(commands.in_force, self.motions)
         self.store.calls_modally = lambda: self.motions.modal is not None
         self.store.in_diameters = lambda: "G9" in self.motions.diameter
-        #: The subprogram that MCALL runs.
         self._modal: Frame | None = None
         #: Lines of WHILE whose round waits for a signal.
         self._waiting: set[int] = set()
@@ -97,7 +96,6 @@ class SinumerikRunner(LanguageRun[Program]):
         return name if usual is None else ""
 
     def _load(self, index: int, name: str) -> Program:
-        """Read the programs of a source; return the first."""
         found, faults = programs_of(self.sources[index], index, name)
         for here, error in faults:
             self._faults.at(here, error)
@@ -382,7 +380,6 @@ class SinumerikRunner(LanguageRun[Program]):
     # Subprograms.
 
     def _begin_call(self, name: str, arguments: tuple[Any, ...] | None, times: int) -> None:
-        """Run a subprogram."""
         program = self._find(name)
         if times < 1:
             return

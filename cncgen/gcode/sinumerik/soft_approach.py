@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 #: Codes that approach and retract, and how many quarters of a circle their arc has.
 APPROACH, RETRACT = {147: 0, 247: 1, 347: 2}, {148: 0, 248: 1, 348: 2}
 CODES = APPROACH.keys() | RETRACT.keys()
-#: Words of such a block.
 _WORDS = ("DISR", "DISCL", "DISRP", "FAD")
 _TINY = 1e-9
 

@@ -48,7 +48,6 @@ class ToolData:
         self.teeth: dict[int, float] = {}
         #: Edges of tools that have several, or one to which something is added, by tool and D.
         self._edges: dict[tuple[int, int], Tool] = {}
-        #: The edge in force.
         self.edge = 1
         #: What TOFFL adds to the length of the tool in the spindle and TOFFR to its radius, in program units.
         self.added = (0.0, 0.0)

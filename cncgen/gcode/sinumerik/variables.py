@@ -13,7 +13,6 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinumerik import frame_variables, measuring, tool_data
 from cncgen.gcode.sinumerik.expressions import IS_FILE, Scalar, number, whole
 
-#: R parameters that there are.
 MOST_R = 32_767
 #: Outputs of the control and data of its PLC, which move nothing.
 _OUTPUTS = frozenset(("$A_OUT", "$A_OUTA", "$A_DBB", "$A_DBW", "$A_DBD", "$A_DBR"))
@@ -77,7 +76,6 @@ class Store:
         #: The place in its group of the G function in force ($P_GG), and whether MCALL calls ($P_MC).
         self.in_force: Callable[[int], float] = float
         self.calls_modally: Callable[[], bool] = bool
-        #: Whether X is a diameter.
         self.in_diameters: Callable[[], bool] = bool
         self.r = array("d", bytes(8 * (MOST_R + 1)))
         self.scopes: list[dict[str, Variable]] = [{}]
@@ -201,7 +199,6 @@ class Store:
         variable.values[variable.place(name, indices)] = self._kept(variable.kind, name, value)
 
     def _system(self, name: str, indices: list[Scalar]) -> Scalar:
-        """Return a system variable."""
         state = self.ip.state
         if name in _PLANE_AXES and not indices:
             return {17: "XYZ", 18: "ZXY", 19: "YZX"}[state.plane][_PLANE_AXES.index(name)]

@@ -138,7 +138,6 @@ def _tool_datum(ip: Interpreter, index: int) -> tuple[int, int, int] | None:
 
 
 def _is_origin(index: int) -> bool:
-    """Tell whether a variable is a coordinate of an origin."""
     return any(index in numbers for numbers in _ORIGINS) and (index - 1) % 20 < _AXIS_COUNT
 
 

@@ -177,7 +177,6 @@ LENGTHS = (0, 1, 2, 6, 7, 8)
 PLANE_CODES = {10 * plane if plane < 100 else plane: plane for plane in PLANE_AXES}
 #: The codes of work coordinate systems 1 to 9, in tenths.
 SYSTEM_CODES = (540, 550, 560, 570, 580, 590, 591, 592, 593)
-#: G0 to G3, in tenths.
 PLAIN_MOTIONS = (0, 10, 20, 30)
 
 

@@ -31,7 +31,6 @@ _MOST_BITS = 2.0**53
 _DIVISIONS = {codes.DIVIDE: "/", codes.MOD: "MOD", codes.REMAINDER: "MOD", codes.WHOLE_QUOTIENT: "DIV"}
 _BITS = (codes.BITS_AND, codes.BITS_OR, codes.BITS_XOR, codes.BITS_NOT)
 _ANGLES = (codes.SIN, codes.COS, codes.TAN)
-#: Operators that have no value for some finite numbers.
 _PARTIAL = frozenset((codes.POWER, *_DIVISIONS, *_BITS))
 #: The least increment of lengths and angles where no machine says it, mm and degrees (IS-B); in inches a tenth.
 LEAST_INCREMENT = 0.001
@@ -147,7 +146,6 @@ FUNCTIONS_OF_SINUMERIK = {
     },
     "POT": codes.SQUARE, "ROUNDUP": codes.CEILING, "B_NOT": codes.BITS_NOT,
 }  # fmt: skip
-#: Functions of SINUMERIK of two values.
 PAIRS_OF_SINUMERIK = {"ATAN2": codes.ANGLE_OF, "MINVAL": codes.LESSER, "MAXVAL": codes.GREATER}
 CONSTANTS_OF_SINUMERIK = {"TRUE": 1.0, "FALSE": 0.0, "PI": math.pi, "$PI": math.pi}
 #: Q parameters of Heidenhain: values nearer than 1e-9 are equal, a remainder has the sign of what is divided.

@@ -17,8 +17,6 @@ from cncgen.records import dataclass
 
 
 class _Entry(Protocol):
-    """A line of a run, with its place."""
-
     @property
     def here(self) -> Cursor:
         """Its place."""
@@ -26,7 +24,6 @@ class _Entry(Protocol):
 
 T = TypeVar("T", bound=_Entry)
 
-#: Lines of a run, at least.
 _LEAST = 2
 
 
@@ -157,7 +154,6 @@ class ProgramLines(Generic[T]):
     def __init__(self, source: Source, made: Callable[[Cursor], T]) -> None:
         self._source, self._made = source, made
         self._starts: list[int] = []
-        #: Numbers of the first lines of the parts.
         self._numbers: list[int] = []
         self._parts: list[list[T] | LineRun] = []
         self._count = 0
@@ -238,7 +234,6 @@ class ProgramLines(Generic[T]):
         return self._starts[k] + min(number - part.here.line, part.count)
 
     def _place(self, k: int, run: LineRun, at: int) -> Cursor:
-        """Return the place of a line of a run."""
         near, here, first = self._near, self._near_here, self._starts[k]
         if not first <= near < first + run.count or at - first < near - at:
             near, here = first, run.here

@@ -82,7 +82,6 @@ _FUNCTIONS: dict[Value, Words] = {
     **{number: [_REMARK, ("remark", number)] for number in (97.0, 98.0)},
     **{number: [("m", number), _REMARK, ("remark", number)] for number in _TOLD},
 }
-#: M functions that change the meaning of motions.
 _NOT_READ: dict[Value, str] = {
     104.0: "the datum that was set last again",
     114.0: "positions of the rotary axes in the program's coordinates",
@@ -92,7 +91,6 @@ _NOT_READ: dict[Value, str] = {
 }
 _HINT = "--dialect reads other texts as G-code"
 _FORMULA_HINT = "Q1 = ( Q2 + 3 ) * SIN Q3"
-#: Functions of formulas whose operands are texts.
 _OF_TEXTS = ("STRLEN", "STRCOMP", "TONUMB", "INSTR")
 _READ = "of the plain language L, LN, LP, CC, C, CR, CP, CT, RND, CHF, APPR, DEP, SPL, TOOL CALL, CYCL DEF, LBL, CALL LBL, FN are read"
 _MOTIONS = {
@@ -154,13 +152,11 @@ _in_use: Reader | None = None
 
 
 def _column() -> int:
-    """Return the column of the rule that runs."""
     return _in_use.begin + 1 if _in_use is not None else 0
 
 
 @cache
 def _reader() -> Reader:
-    """Return the reader of all blocks."""
     from cncgen.grammars import tables_heidenhain
 
     return Reader(tables_heidenhain, RULES)
@@ -206,7 +202,6 @@ def number(text: str) -> float:
 
 
 def _number_of(q: str) -> float:
-    """Return the number of a parameter Q, QL or QR."""
     kind = q[1:2].upper()
     found = float(q[2:]) + _OWN_NUMBERS[kind] if kind in _OWN_NUMBERS else float(q[1:]) or _FIRST
     if found >= _BEYOND:
@@ -216,7 +211,6 @@ def _number_of(q: str) -> float:
 
 
 def _whole(digits: str) -> int:
-    """Return the whole number of a tool or file."""
     found = number(digits)
     if found > LARGEST:
         message = f"the number is not within ±{LARGEST:g}"
@@ -547,7 +541,6 @@ def _tool_sizes(tool: Value | tuple[Computed] | None, *words: Raw) -> Statement:
 
 
 def _tool_in_spindle(p: Parameters) -> float:
-    """Return the number of the tool in the spindle."""
     return float(p.interpreter.state.tool)
 
 
@@ -622,7 +615,6 @@ def _kind(kind: str) -> Callable[..., Statement]:
 
 
 _EMPTY = Statement("block")
-#: The function of each rule of the grammar.
 RULES: dict[str, Callable[..., Any]] = {
     "start": lambda statement=_EMPTY: statement,
     "number": number, "parameter": _parameter, "signed_parameter": lambda sign, q: _unary(sign, _parameter(q)), "pi": lambda: math.pi, "unary": _unary,

@@ -27,7 +27,6 @@ def _all(weight: float, *dialects: str) -> dict[str, float]:
 _L, _F, _T, _H, _S = "linuxcnc", "fanuc", "fanuc-lathe", "heidenhain", "sinumerik"
 #: Systems B and C of G codes of FANUC's lathes: signs of lathes that only system A has count against them.
 _B, _C = "fanuc-lathe-b", "fanuc-lathe-c"
-#: Dialects that are read.
 READ = (_L, _F, _T, _B, _C, _H, _S)
 #: Terminals of the grammar: a number, a comment with those within it, and a block's number as signs have it, in capitals.
 _TERMINALS = {name.encode(): pattern.encode() for name, pattern in FANUC.items()}
@@ -42,7 +41,6 @@ SIGNED = rb"[-+]?(?:" + _NUMBER + rb")"
 _WITH_POINT = rb"(?!\d+(?![\d.]))(?:" + _NUMBER + rb")"
 _AT = rb"^[ \t]*(?:" + BLOCK_NUMBER + rb"[ \t]*)?"
 _W = rb"(?<![A-Z_])"
-#: Codes that Haas's controls alone have.
 OF_HAAS = rb"G154P|(?<![A-Z_])(?:M97P|G(?:103|187)[PE]|G(?:234|25[45])(?!\d))"
 #: The text before a word outside comments, which begin with ``(`` or ``;`` in all languages.
 _SAID = rb"^[^;(\n]*\b"

@@ -12,7 +12,6 @@ from cncgen.gcode.text.syntax_hints import hint_for, missing_number, number_hint
 from cncgen.kernels.gcode_parse import Parser
 from cncgen.records import dataclass
 
-#: Names of the grammar's tokens in messages.
 _NAMES = {
     **dict.fromkeys(("WORD", "LETTER", "NAMED", "BSPLINE", "CORNER", "I_FUNCTION"), "a word"),
     **dict.fromkeys(("COMMENT", "MESSAGE"), "a comment"),
@@ -116,7 +115,6 @@ def _found(rest: str) -> str:
 
 
 def _expected_names(before: str, expected: list[str]) -> list[str]:
-    """Return names of the tokens that could follow the text."""
     if before.count("[") > before.count("]"):
         # The parser's states do not tell how a value ends; tokens that cannot stand within brackets are left out.
         expected = [name for name in expected if name not in _OUTSIDE]
