@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import refuse
 from cncgen.gcode.sinumerik.contour_cycles import Cuts, at_feed, tell_nose
-from cncgen.gcode.sinumerik.cycles import Values, filled
+from cncgen.gcode.sinumerik.cycles import Values, doubt_order, filled
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
@@ -47,9 +47,11 @@ def corner(motions: Motions, name: str, values: Values) -> None:
     if round(v[18]) // 10 % 10 == 1:
         v[3] += v[1]
     _check(motions, name, v)
-    message = f"the order of the parameters of {name} has not been compared with a printed manual"
-    hint = "SPD, SPL, EPD, EPL, ZPD, ZPL, LAGE, MID, FALX, FALZ, VARI, RF1 to RF3, SDIS, FF1: compare the motions with what is meant"
-    motions.ip.warn_once("cycle-parameters", message, name, hint)
+    doubt_order(
+        motions,
+        name,
+        "SPD, SPL, EPD, EPL, ZPD, ZPL, LAGE, MID, FALX, FALZ, VARI, RF1 to RF3, SDIS, FF1: compare the motions with what is meant",
+    )
     vari, inside = round(v[10]), round(v[6]) > 1
     points = complex(v[1], v[2] / 2.0), complex(v[3], v[2] / 2.0), complex(v[3], v[0] / 2.0)
     contour = [Segment(points[0], points[1]), Segment(points[1], points[2])]

@@ -81,6 +81,12 @@ def check_plane(motions: Motions, name: str) -> None:
     refuse(name, (plane != 17, "cycle-plane", f"{name} works in plane G17, not in G{plane}", "use G17"))
 
 
+def doubt_order(motions: Motions, name: str, hint: str) -> None:
+    """Warn of a cycle whose list of parameters is that of programs."""
+    message = f"the order of the parameters of {name} has not been compared with a printed manual"
+    motions.ip.warn_once("cycle-parameters", message, name, hint)
+
+
 def milling_feed(motions: Motions, name: str, value: float) -> float:
     """Return the feed of a milling cycle: its own, or F of the program where it gives none."""
     feed, message = value or motions.ip.state.feed, f"{name} has no feed: FFP1 and F are not given"

@@ -90,20 +90,6 @@ class Words:
         return None if found is None else found[1]
 
 
-@dataclass(frozen=True, slots=True)
-class _Kept:
-    """The state that SAVE keeps."""
-
-    motion: str
-    absolute: bool
-    frames: Frames
-    plane: int
-    feed: float
-    feed_mode: int
-    path: tuple[str, float | None]
-    system: int
-
-
 class Motions:
     """The state that SINUMERIK keeps from block to block, on an interpreter that is always in G90.
 
@@ -232,11 +218,11 @@ class Motions:
         """Go to coordinates in a straight line."""
         self.emit({axis.lower(): value for axis, value in end.items()}, (0 if rapid else 10,))
 
-    def save(self) -> object:
-        """Return the state that SAVE of PROC brings back: modes, frame, motion."""
+    def save(self) -> tuple[Any, ...]:
+        """Return the state that SAVE of PROC keeps, as `restore` takes it."""
         state = self.ip.state
         modes = state.plane, state.feed, state.feed_mode, self.path, state.system
-        return _Kept(self.motion, self.absolute, self.frames, *modes)
+        return self.motion, self.absolute, self.frames, *modes
 
     def fields(self) -> dict[str, Any]:
         """Return the state that a contour may change while it is only examined."""
@@ -247,19 +233,19 @@ class Motions:
         for name, value in fields.items():
             setattr(self, name, value)
 
-    def restore(self, saved: object) -> None:
-        """Bring back the state that SAVE kept."""
-        assert isinstance(saved, _Kept)
+    def restore(self, saved: tuple[Any, ...]) -> None:
+        """Bring it back."""
+        motion, absolute, frames, plane, feed, feed_mode, path, system = saved
         self.settle()
-        self.motion, self.absolute = saved.motion, saved.absolute
-        if saved.system != self.ip.state.system:
-            use_system(self.ip, saved.system)
-        if saved.frames != self.frames:
-            swivelling.take_frames(self, saved.frames)
-        mode = (saved.feed_mode * 10,) if saved.feed_mode != self.ip.state.feed_mode else ()
-        self.emit({"f": saved.feed} if saved.feed else {}, (10 * saved.plane, *mode))
-        if saved.path != self.path:
-            self.set_path(*saved.path)
+        self.motion, self.absolute = motion, absolute
+        if system != self.ip.state.system:
+            use_system(self.ip, system)
+        if frames != self.frames:
+            swivelling.take_frames(self, frames)
+        mode = (feed_mode * 10,) if feed_mode != self.ip.state.feed_mode else ()
+        self.emit({"f": feed} if feed else {}, (10 * plane, *mode))
+        if path != self.path:
+            self.set_path(*path)
 
     def assign(self, name: str, indices: list[Scalar], value: Scalar) -> None:
         """Set an R parameter or a variable."""

@@ -392,7 +392,7 @@ class SinumerikRunner(LanguageRun[Program]):
             self._modal = frame
         self.store.scopes.append(scope)
 
-    def _give_back(self, frame: Frame, results: list[tuple[str, Any]], saved: object) -> None:
+    def _give_back(self, frame: Frame, results: list[tuple[str, Any]], saved: tuple[Any, ...] | None) -> None:
         """End a subprogram: the modes that SAVE kept, and results."""
         if self._modal is frame:
             self.motions.in_modal, self._modal = False, None

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from cncgen.gcode.codes.steps import MOST
 from cncgen.gcode.errors import refuse
-from cncgen.gcode.sinumerik.cycles import Values, check_mode_plane, filled, given, pitch_of
+from cncgen.gcode.sinumerik.cycles import Values, check_mode_plane, doubt_order, filled, given, pitch_of
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
@@ -127,9 +127,11 @@ def of_control(motions: Motions, name: str, values: Values) -> None:
         (cuts <= 0 and first <= 0.0, "thread-words", f"{name} has no cuts", "NRC counts them, or MID is the first one"),
     )  # fmt: skip
     check_mode_plane(motions, name, round(filled(values, 27)))
-    message = f"the order of the parameters of {name} has not been compared with a printed manual"
-    hint = "SPL SPD FPL FPD APP ROP TDEP FAL IANG NSP NRC NID PIT VARI NUMTH SDIS MID: are the values these?"
-    motions.ip.warn_once("cycle-parameters", message, name, hint)
+    doubt_order(
+        motions,
+        name,
+        "SPL SPD FPL FPD APP ROP TDEP FAL IANG NSP NRC NID PIT VARI NUMTH SDIS MID: are the values these?",
+    )
     others = [k + 1 for k in (17, 19, 20, 21) if filled(values, k)]
     if others:
         message = (

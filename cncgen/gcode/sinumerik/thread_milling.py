@@ -14,7 +14,7 @@ from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.steps import MOST
 from cncgen.gcode.errors import refuse
 from cncgen.gcode.sinumerik.cycle_modes import MillingModes
-from cncgen.gcode.sinumerik.cycles import Hole, Values, check_plane, filled, given, milling_feed
+from cncgen.gcode.sinumerik.cycles import Hole, Values, check_plane, doubt_order, filled, given, milling_feed
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
@@ -87,9 +87,11 @@ def thread_of_profile(motions: Motions, name: str, values: Values) -> None:
         (tool <= 0.0 or root <= 0.0 or (kind == 0 and tool > root - depth + _TINY), f"the tool, {2.0 * tool:g} wide, does not go into {name} of {outer:g}"),
     )  # fmt: skip
     refuse(name, *((wrong, "cycle-tool", message, hint) for wrong, message in faults))
-    message = f"the order of the parameters of {name} has not been compared with a printed manual"
-    hint = "RTP RFP SDIS DP DIATH H1 FAL PIT NT MID FFR TYPTH PA PO NSP VARI: are the values these?"
-    motions.ip.warn_once("cycle-parameters", message, name, hint)
+    doubt_order(
+        motions,
+        name,
+        "RTP RFP SDIS DP DIATH H1 FAL PIT NT MID FFR TYPTH PA PO NSP VARI: are the values these?",
+    )
     aim = depth - (left if how == 1 else 0.0)
     count = math.ceil(aim / v[9] - _TINY) if how == 1 and v[9] > 0.0 else 1
     # Seen from above a thread to the right goes up counter-clockwise.
