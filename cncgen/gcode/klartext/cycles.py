@@ -32,7 +32,7 @@ from cncgen.gcode.klartext import (
     studs,
     threads,
 )
-from cncgen.gcode.klartext.hole_cycle import FASTEST, HoleCycle
+from cncgen.gcode.klartext.hole_cycle import FASTEST, HoleCycle, lent
 
 
 class Told(NamedTuple):
@@ -294,7 +294,7 @@ def pattern(ip: Interpreter, number: int, cycle: int, here: Block) -> None:
         way = cmath.rect(1.0, math.radians(q[224]))
         places = in_rows(complex(q[225], q[226]), way * q[237], way * 1j * q[238], across, down)
     Plain.of(ip).cycle = cycle
-    second, cutter = q[204], FlatCutter(ip)
+    cutter = FlatCutter(ip)
     for k, place in enumerate(places):
         ip.sink.block = here
         if k and number == 220 and round(q[365]) and q[244]:
@@ -303,8 +303,5 @@ def pattern(ip: Interpreter, number: int, cycle: int, here: Block) -> None:
             cutter.feed(ip.state.feed)
         else:
             ip.go([place.real, place.imag, *ip.state.position[2:]], rapid=True)
-        q[204] = 0.0 if round(q[301]) == 0 and k < len(places) - 1 else second
-        try:
+        with lent(q, {204: 0.0 if round(q[301]) == 0 and k < len(places) - 1 else q[204]}):
             call(ip, here)
-        finally:
-            q[204] = second

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, MutableSequence
+from contextlib import contextmanager
+
 from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.steps import steps_of
 from cncgen.gcode.errors import refuse
@@ -11,6 +14,19 @@ from cncgen.toolpath.record import Event
 Z = 2
 #: A feed that cycles are given as MAX, or above which they mean it, mm a minute.
 FASTEST = 99_999.0
+
+
+@contextmanager
+def lent(q: MutableSequence[float], values: Mapping[int, float]) -> Iterator[None]:
+    """Let Q parameters have other values meanwhile."""
+    kept = {number: q[number] for number in values}
+    try:
+        for number, value in values.items():
+            q[number] = value
+        yield
+    finally:
+        for number, value in kept.items():
+            q[number] = value
 
 
 def infeeds(surface: float, bottom: float, step: float, name: str, word: str = "Q202") -> tuple[float, ...]:

@@ -9,7 +9,7 @@ from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import refuse
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext import drilling, slots
-from cncgen.gcode.klartext.hole_cycle import HoleCycle, Z
+from cncgen.gcode.klartext.hole_cycle import HoleCycle, Z, lent
 from cncgen.gcode.text.plain_language import Raw, words_of
 
 #: Cycles of TNC 155 to 426 whose values stand in parts: set-up clearance, depth, then those of each.
@@ -79,19 +79,13 @@ def run(ip: Interpreter, number: int) -> None:
     given = {200: abs(values["SETUP"]), 201: -abs(values["DEPTH"]), 203: surface, 204: 0.0, 202: abs(values.get("PECKG", 0.0)), 210: 0.0,
              206: values.get("PLUNGE", feed), 207: feed, 211: values.get("DWELL", 0.0), 239: values.get("PITCH", 0.0), 215: 0.0, 368: 0.0, 369: 0.0, 370: 1.0,
              351: values.get("SENSE", 1.0)}  # fmt: skip
-    kept = {key: q[key] for key in given}
-    for key, value in given.items():
-        q[key] = value
-    try:
+    with lent(q, given):
         cycle = HoleCycle(ip, f"cycle {number}")
         if number in _POCKETS:
             _POCKETS[number](cycle, values)
         else:
             {1: _peck_old, 2: drilling.tap_floating, 17: drilling.tap}[number](cycle)
         cycle.end()
-    finally:
-        for key, value in kept.items():
-            q[key] = value
 
 
 def _cut_thread(ip: Interpreter, depth: float, pitch: float) -> None:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from cncgen.gcode.klartext import cycles, lines, orientation, planes, points, pr
 from cncgen.gcode.klartext.contour_lines import ContourLines
 from cncgen.gcode.klartext.datums import Datums
 from cncgen.gcode.klartext.executing import INCLUDE, OF_PARAMETERS, behind_call
-from cncgen.gcode.klartext.hole_cycle import FASTEST
+from cncgen.gcode.klartext.hole_cycle import FASTEST, lent
 from cncgen.gcode.klartext.program_text import Frame, Program
 from cncgen.gcode.state.systems import SYSTEM_COUNT
 from cncgen.gcode.text import plain_language
@@ -272,26 +271,16 @@ class HeidenhainRunner(ContourLines):
             hint = 'PATTERN DEF POS1 (X+10 Y+10 Z+0) or SEL PATTERN "NAME.PNT" stands before it'
             raise BlockError("cycle-missing", "CYCL CALL PAT has no pattern to visit", "CYCL", hint=hint)
         late: list[Block] = []
+        q = self.ip.parameters.numbers
         for place, above in self._points:
             block = self._block(at, statement.words)
             late = behind_call(block)
             block.words |= {"x": place.real, "y": place.imag}
             self._move(block)
-            with self._raised(above):
+            with lent(q, {203: q[203] + above}):
                 cycles.call(self.ip, block.beside({}))
         for part in late:
             self._execute(part)
-
-    @contextmanager
-    def _raised(self, above: float) -> Iterator[None]:
-        """Raise the surface of the cycle that is called."""
-        q = self.ip.parameters.numbers
-        surface = q[203]
-        q[203] = surface + above
-        try:
-            yield
-        finally:
-            q[203] = surface
 
     def do_call_at(self, frame: Frame, at: int, statement: Statement) -> None:
         """CYCL CALL POS: the cycle at a place, whose Z shifts the cycle; from below its clearance the tool rises first. It ends M89."""
@@ -306,7 +295,7 @@ class HeidenhainRunner(ContourLines):
                 way = {name: value for name, value in block.words.items() if name not in AXES}
                 self._move(replace(block, words={**way, "z": clearance}, m=()))
         self._move(block)
-        with self._raised(above):
+        with lent(q, {203: q[203] + above}):
             self._call_cycle(at, block)
         for part in late:
             self._execute(part)
