@@ -26,6 +26,8 @@ _CLOSED = 0.01
 _CHORD = 1e-3
 
 Contour = Sequence[Segment]
+#: Contours, and whether each is an island.
+Nested = Sequence[tuple[Contour, bool]]
 Row = tuple[float, list[tuple[float, float]]]
 
 
@@ -129,9 +131,7 @@ def rows(contours: Sequence[Contour], radius: float, step: float, name: str) -> 
     return found
 
 
-def around(
-    contours: Sequence[tuple[Contour, bool]], distance: float, name: str, *, climb: bool
-) -> list[list[Segment]]:
+def around(contours: Nested, distance: float, name: str, *, climb: bool) -> list[list[Segment]]:
     """Return the ways of the tool around contours; raise where it does not go between two walls."""
     segments = [s for contour, _ in contours for s in contour]
     ways = [_beside(contour, distance, island, climb) for contour, island in contours]
@@ -252,7 +252,20 @@ def _apart(line: Segment, p: complex, q: complex) -> bool:
     return ((across * (p - line.start)).imag > 0.0) != ((across * (q - line.start)).imag > 0.0)
 
 
-def check(contours: Sequence[tuple[Contour, bool]], name: str) -> None:
+def room(contours: Nested, name: str, most: float, least: float, allowance: float, climb: bool) -> float:
+    """Return the radius of a tool that no table gives: the greatest one, or a smaller one that goes around with an allowance."""
+    radius = most
+    while radius > least:
+        try:
+            around(contours, radius + allowance, name, climb=climb)
+        except BlockError:
+            radius *= 0.8
+        else:
+            break
+    return radius
+
+
+def check(contours: Nested, name: str) -> None:
     """Raise where contours cross, or where pockets and islands do not lie within each other in turn."""
     polygons = [_polygon(contour, _CHORD) for contour, _ in contours]
     for k, (_, island) in enumerate(contours):

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.contour_pockets import area, around, check, clear, closed, free
+from cncgen.gcode.codes.contour_pockets import area, around, check, clear, closed, free, room
 from cncgen.gcode.codes.cutter_compensation import tool_of_radius
 from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.lines import check_feed
@@ -88,21 +88,6 @@ def _radius(ip: Interpreter, block: Block) -> float:
     return abs(tool_of_radius(ip, block, _NAME).diameter) * ip.table_scale() / 2.0
 
 
-def _room(
-    contours: Sequence[tuple[Sequence[Segment], bool]], step: float, finish: float, climb: bool
-) -> float:
-    """Return the radius of a tool that no table gives: that of one that steps aside by half its width, or a smaller one that goes around."""
-    radius = step
-    while radius > step / 8.0:
-        try:
-            around(contours, radius + finish, _NAME, climb=climb)
-        except BlockError:
-            radius *= 0.8
-        else:
-            break
-    return radius
-
-
 def _steps(ip: Interpreter, words: dict[str, float]) -> tuple[float, bool]:
     """Return how far rows are apart, and whether they lie along Y; raise where a word is missing, or not above 0."""
     missing = [letter.upper() for letter in "zqpr" if letter not in words]
@@ -158,7 +143,9 @@ def pocket(ip: Interpreter, block: Block) -> None:
         raise BlockError("not-read", message, "P", hint=hint)
     contours = [(part, k > 0) for k, part in enumerate(parts)]
     check(contours, _NAME)
-    radius = radius or ip.cutting_radius(_NAME, _room(contours, step, finish, side == 41) / 0.8)
+    radius = radius or ip.cutting_radius(
+        _NAME, room(contours, _NAME, step, step / 8.0, finish, side == 41) / 0.8
+    )
     levels = _levels(words["r"], words["z"], words["q"])
     how = Clearing(radius, step, levels, words["r"], state.feed, state.feed)
     _mill(FlatCutter(ip, 0j, turn), contours, how, finish, complex(*begin[:2]) / turn, side == 41)

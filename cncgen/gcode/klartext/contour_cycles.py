@@ -11,7 +11,7 @@ import cmath
 import math
 from collections.abc import Callable, Sequence
 
-from cncgen.gcode.codes.contour_pockets import area, around, check, clear, closed, rows, walls
+from cncgen.gcode.codes.contour_pockets import area, around, check, clear, closed, room, rows, walls
 from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.codes.pockets import Clearing
@@ -22,8 +22,8 @@ from cncgen.gcode.klartext.hole_cycle import FASTEST, HoleCycle, infeeds
 
 #: Returns the contour of a label: its segments, and the side of the tool (1 left, -1 right, 0 none).
 Read = Callable[[str], tuple[list[Segment], int]]
-#: Half the widths of contours between which a tool without a diameter is tried, mm.
-_WIDEST, _NARROWEST = 6.25, 0.5
+#: The radii between which a tool without a diameter is tried, mm.
+_WIDEST, _NARROWEST = 5.0, 0.4
 
 
 class Contours:
@@ -53,20 +53,11 @@ class Contours:
             # The tool is left of RL: inside a contour that goes counter-clockwise.
             self.contours.append((contour, (area(contour) > 0.0) != (side > 0)))
         check(self.contours, name)
-        self.radius = radius if radius > 0.0 else ip.cutting_radius(name, self._room())
-
-    def _room(self) -> float:
-        """Return half the width between the walls, for a tool of which no table gives the diameter; at least 1 mm, with their allowances."""
-        unit = self.ip.state.unit_mm
-        allowance, half = max(self.q[3], self.q[14], 0.0), _WIDEST / unit
-        while half > _NARROWEST / unit:
-            try:
-                around(self.contours, 0.8 * half + allowance, self.name, climb=True)
-            except BlockError:
-                half *= 0.8
-            else:
-                break
-        return half
+        if radius <= 0.0:
+            sizes = _WIDEST / ip.state.unit_mm, _NARROWEST / ip.state.unit_mm
+            half = room(self.contours, name, *sizes, max(q[3], q[14], 0.0), climb=True) / 0.8
+            radius = ip.cutting_radius(name, half)
+        self.radius = radius
 
     def levels(self, floor: float) -> tuple[float, ...]:
         """Return the levels down to an allowance above the floor, Q10 apart."""
