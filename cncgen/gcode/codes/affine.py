@@ -14,6 +14,7 @@ import cmath
 import math
 from collections.abc import Callable
 
+from cncgen.gcode.codes.arcs import swept
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
@@ -194,13 +195,6 @@ class Frame:
         if abs(lengths[0] - lengths[1]) > _TINY or abs(abs(det) - lengths[0] ** 2) > _TINY * lengths[0] ** 2:
             return 0.0
         return math.copysign(lengths[0], det)
-
-
-def swept(spoke: complex, last: complex, turns: int) -> tuple[float, float]:
-    """Return the sense of an arc, 1 or -1, and the angle that it sweeps between two ways from its centre."""
-    spin = 1.0 if turns > 0 else -1.0
-    sweep = (spin * cmath.phase(last / spoke)) % (2.0 * math.pi)
-    return spin, (sweep if sweep > 1e-9 else 2.0 * math.pi) + 2.0 * math.pi * (abs(turns) - 1)
 
 
 @dataclass(frozen=True, slots=True)

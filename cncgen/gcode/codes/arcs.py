@@ -6,6 +6,7 @@ Source: Kramer et al. (2000), section 3.5.3; turns as in LinuxCNC's manual, "G2,
 
 from __future__ import annotations
 
+import cmath
 import math
 from functools import partial
 
@@ -19,7 +20,6 @@ from cncgen.gcode.sinks.sink import (
     CENTRE_FACTOR,
     CENTRE_RELATIVE,
     CENTRE_TOLERANCE,
-    FULL_CIRCLE_MM,
     RADIUS_TOLERANCE,
 )
 from cncgen.gcode.state.modal import Stage
@@ -52,6 +52,13 @@ def tangent_centre(
         message = f"CT goes straight on: its end lies in the direction of the {before} before"
         raise BlockError("arc-tangent", message, "CT", hint=hints[1])
     return begin + 1j * way * abs(chord) ** 2 / (2.0 * aside), 1 if aside > 0.0 else -1
+
+
+def swept(spoke: complex, last: complex, turns: int) -> tuple[float, float]:
+    """Return the sense of an arc, 1 or -1, and the angle that it sweeps between two ways from its centre."""
+    spin = 1.0 if turns > 0 else -1.0
+    sweep = (spin * cmath.phase(last / spoke)) % (2.0 * math.pi)
+    return spin, (sweep if sweep > 1e-9 else 2.0 * math.pi) + 2.0 * math.pi * (abs(turns) - 1)
 
 
 def _arc(ip: Interpreter, block: Block, clockwise: bool) -> None:
@@ -153,16 +160,8 @@ def _radius_counts(ip: Interpreter, name: str) -> None:
 def _length(ip: Interpreter, end: list[float], centre: tuple[float, float], turns: int) -> float:
     first, second, normal = ip.state.plane_axes()
     start = ip.state.position
-    begin = complex(start[first] - centre[0], start[second] - centre[1])
-    finish = complex(end[first] - centre[0], end[second] - centre[1])
-    turn = finish / begin
-    angle = math.atan2(turn.imag, turn.real) * (1 if turns > 0 else -1)
-    if abs(finish - begin) < FULL_CIRCLE_MM:
-        angle = 2 * math.pi
-    elif angle <= 0.0:
-        angle += 2 * math.pi
-    angle += 2 * math.pi * (abs(turns) - 1)
-    return math.hypot(abs(begin) * angle, end[normal] - start[normal])
+    begin, finish = (complex(at[first] - centre[0], at[second] - centre[1]) for at in (start, end))
+    return math.hypot(abs(begin) * swept(begin, finish, turns)[1], end[normal] - start[normal])
 
 
 def _turns(block: Block, name: str) -> int:

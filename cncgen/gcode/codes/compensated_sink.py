@@ -7,7 +7,6 @@ it are refused in their block, with the words of LinuxCNC's manual ("G41, G42").
 
 from __future__ import annotations
 
-import cmath
 import math
 from collections.abc import Callable
 from functools import partial
@@ -15,6 +14,7 @@ from functools import partial
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.budget import MOTION
+from cncgen.gcode.codes.arcs import swept
 from cncgen.gcode.codes.table import COMPENSATION, COMPENSATION_PLANE, INTERRUPTS, STRICT_COMPENSATION, Codes
 from cncgen.gcode.codes.tool_centre import CentreMove, CompensationError, ToolCentre
 from cncgen.gcode.errors import BlockError
@@ -231,13 +231,9 @@ class CompensatedSink(PassingSink):
         across = math.dist(self._last[:3], end[:3])
         if piece.centre is not None:
             start = in_plane(self._last, self.plane) - piece.centre
-            spin = 1.0 if piece.turns > 0 else -1.0
-            sweep = (spin * cmath.phase((piece.end - piece.centre) / start)) % (
-                2.0 * math.pi
-            ) or 2.0 * math.pi
+            _, sweep = swept(start, piece.end - piece.centre, piece.turns)
             normal = PLANE_AXES[self.plane][2]
-            turns = 2.0 * math.pi * (abs(piece.turns) - 1)
-            across = math.hypot(abs(start) * (sweep + turns), end[normal] - self._last[normal])
+            across = math.hypot(abs(start) * sweep, end[normal] - self._last[normal])
         return across or math.dist(self._last[3:6], end[3:6])
 
     def finish(self) -> None:

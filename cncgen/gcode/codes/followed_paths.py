@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Iterator
 
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.affine import swept
+from cncgen.gcode.codes.arcs import swept
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
