@@ -14,7 +14,7 @@ from functools import partial
 
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.codes.lines import check_feed
-from cncgen.gcode.codes.spindle import TURNS
+from cncgen.gcode.codes.spindle import TURNS, turn_to
 from cncgen.gcode.codes.table import IS_CYCLE, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -231,11 +231,7 @@ def _back_bore(hole: Hole) -> None:
 
     def orient() -> None:
         hole.turn(0)
-        way = 2 if direction > 0 else 3
-        hole.ip.sink.call(
-            f"ORIENT_SPINDLE({hole.spindle}, {0.0:.4f}, {way})",
-            Event("spindle", True, values={"orient_deg": 0.0}),
-        )
+        turn_to(hole.ip, hole.spindle, 0.0, 2 if direction > 0 else 3)
 
     hole.across(beside)
     orient()

@@ -27,11 +27,11 @@ from cncgen.gcode.codes.canned_cycles import (
 from cncgen.gcode.codes.dwell import has_point, seconds_of
 from cncgen.gcode.codes.lathe_fanuc import increments
 from cncgen.gcode.codes.lines import check_feed, need_axis
+from cncgen.gcode.codes.spindle import turn_to
 from cncgen.gcode.codes.table import IS_CYCLE, LATHE, Code, table
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import ARMED, IN_ROW, PLAIN_MOTIONS, Stage
-from cncgen.toolpath.record import Event
 
 _LETTERS = "rpq"
 #: The group of codes that repeat the cycle in force (`hole_patterns`).
@@ -93,8 +93,7 @@ def _pecking(hole: Hole, number: int) -> None:
 def _beside(hole: Hole, beside: dict[int, float], within: dict[int, float], level: float) -> None:
     """Stop the spindle at its angle, go to a level beside the hole, and back within it start the spindle."""
     hole.turn(0)
-    call = f"ORIENT_SPINDLE({hole.spindle}, {0.0:.4f}, 0)"
-    hole.ip.sink.call(call, Event("spindle", True, values={"orient_deg": 0.0}))
+    turn_to(hole.ip, hole.spindle, 0.0, 0)
     hole.across(beside)
     hole.traverse(level)
     hole.across(within)

@@ -29,7 +29,7 @@ def spindle_of(ip: Interpreter, block: Block) -> int:
     count = 1 if ip.options.stand_alone else _SPINDLES
     if value != round(value) or not -1 <= value < count:
         raise BlockError("spindle-number", f"the machine has no spindle ${value:g}", "$")
-    return round(value)
+    return max(round(value), 0)
 
 
 def turns_a_minute(state: State) -> float:
@@ -68,15 +68,11 @@ def set_speed(ip: Interpreter, block: Block) -> None:
     value = block.words["s"]
     if value < 0.0:
         raise BlockError("negative-speed", f"S{value:g} is negative", "S", hint="M4 turns the other way")
-    spindle = max(spindle_of(ip, block), 0)
-    if spindle == 0:
-        ip.state.speed = value
-        ip.sink.set_spindle(value, ip.state.direction or ip.state.driven)
-    ip.sink.call(f"SET_SPINDLE_SPEED({spindle}, {value:.4f})", _event(ip, False))
+    _take_speed(ip, value, spindle_of(ip, block))
 
 
 def _turn(ip: Interpreter, block: Block, direction: int) -> None:
-    spindle = max(spindle_of(ip, block), 0)
+    spindle = spindle_of(ip, block)
     if spindle == 0:
         ip.state.direction = direction
         ip.state.driven = False
@@ -105,6 +101,12 @@ def _powered(ip: Interpreter, block: Block, direction: int) -> None:
     _turn(ip, block, direction)
 
 
+def turn_to(ip: Interpreter, spindle: int, angle: float, way: float) -> None:
+    """Turn a spindle to an angle, degrees, by a way as LinuxCNC counts them."""
+    event = Event("spindle", True, values={"orient_deg": angle})
+    ip.sink.call(f"ORIENT_SPINDLE({spindle}, {angle:.4f}, {way:.0f})", event)
+
+
 def orient(ip: Interpreter, block: Block) -> None:
     """M19 R P: turn to R degrees, P 0 the short way, 1 clockwise, 2 counter-clockwise."""
     angle = block.words.get("r", 0.0)
@@ -116,21 +118,14 @@ def orient(ip: Interpreter, block: Block) -> None:
     wait = block.words.get("q")
     if wait is not None and wait <= 0.0:
         raise BlockError("orient-time", f"Q{wait:g} of M19: the time limit must be above 0", "Q")
-    ip.sink.call(
-        f"ORIENT_SPINDLE({max(spindle_of(ip, block), 0)}, {angle:.4f}, {way:.0f})",
-        Event("spindle", True, values={"orient_deg": angle}),
-    )
+    turn_to(ip, spindle_of(ip, block), angle, way)
     if wait is not None:
-        ip.sink.call(f"SPINDLE.{max(spindle_of(ip, block), 0)}.WAIT_ORIENT_COMPLETE({wait:.4f})")
+        ip.sink.call(f"SPINDLE.{spindle_of(ip, block)}.WAIT_ORIENT_COMPLETE({wait:.4f})")
 
 
 def orient_fanuc(ip: Interpreter, block: Block) -> None:
     """M19 R or P: turn to so many degrees, as Haas's controls do; FANUC leaves the code to the machine's builder."""
-    angle = block.words.get("r", block.words.get("p", 0.0))
-    ip.sink.call(
-        f"ORIENT_SPINDLE({max(spindle_of(ip, block), 0)}, {angle:.4f}, 0)",
-        Event("spindle", True, values={"orient_deg": angle}),
-    )
+    turn_to(ip, spindle_of(ip, block), block.words.get("r", block.words.get("p", 0.0)), 0)
 
 
 def _selected(ip: Interpreter, block: Block, direction: int) -> None:
@@ -154,15 +149,16 @@ def constant_surface(ip: Interpreter, block: Block) -> None:
     if "s" not in block.words and again is None:
         message = "G96 has no surface speed"
         raise BlockError("speed-missing", message, "G96", hint="give it as S in the same block")
-    bound_surface_speed(ip, limit, max(spindle_of(ip, block), 0))
+    bound_surface_speed(ip, limit, spindle_of(ip, block))
     if again is not None:
         _take_speed(ip, again)
 
 
-def _take_speed(ip: Interpreter, speed: float) -> None:
-    ip.state.speed = speed
-    ip.sink.set_spindle(speed, ip.state.direction or ip.state.driven)
-    ip.sink.call(f"SET_SPINDLE_SPEED(0, {speed:.4f})", _event(ip, False))
+def _take_speed(ip: Interpreter, speed: float, spindle: int = 0) -> None:
+    if spindle == 0:
+        ip.state.speed = speed
+        ip.sink.set_spindle(speed, ip.state.direction or ip.state.driven)
+    ip.sink.call(f"SET_SPINDLE_SPEED({spindle}, {speed:.4f})", _event(ip, False))
 
 
 def bound_surface_speed(ip: Interpreter, limit: float, spindle: int = 0) -> None:
@@ -187,7 +183,7 @@ def constant_revolutions(ip: Interpreter, block: Block) -> None:
         state.surface_speed = state.speed
     state.constant_surface = None
     ip.sink.set_surface_speed(None)
-    ip.sink.call(f"SET_SPINDLE_MODE({max(spindle_of(ip, block), 0)} {0.0:.4f})")
+    ip.sink.call(f"SET_SPINDLE_MODE({spindle_of(ip, block)} {0.0:.4f})")
     if kept and "s" not in block.words:
         _take_speed(ip, speed)
 
