@@ -112,25 +112,19 @@ def tried_motion(ip: Interpreter, run: Callable[[], None], compensation: int | N
 class _Later(PassingSink):
     """Keeps the calls of blocks that stand between the motions of a corner."""
 
+    #: Its own: the sink behind is told later.
+    block = Block({})
+
     def __init__(self, inner: Sink) -> None:
         super().__init__(inner)
         self._calls: list[tuple[Block, str, tuple[Any, ...], dict[str, Any]]] = []
-        self._block = inner.block
-
-    @property
-    def block(self) -> Block:
-        """The block that calls come from."""
-        return self._block
-
-    @block.setter
-    def block(self, block: Block) -> None:
-        self._block = block
+        self.block = inner.block
 
     def __getattr__(self, name: str) -> Any:
         value = getattr(self.inner, name)
         if not callable(value):
             return value
-        return lambda *arguments, **named: self._calls.append((self._block, name, arguments, named))
+        return lambda *arguments, **named: self._calls.append((self.block, name, arguments, named))
 
     def tell(self) -> None:
         """Tell the sink behind what was kept."""

@@ -179,14 +179,7 @@ def _turn_on(ip: Interpreter, block: Block) -> None:
 
 def begin(ip: Interpreter, length: float) -> None:
     """Follow the tip of a tool of that length, in the program's unit, the machine staying where it is."""
-    turn_off(ip)
-    machine = ip.machine_position()
-    offset = zeros()
-    offset[2] = length
-    ip.state.length_code = 43.4
-    ip.state.tool_offset = offset
-    ip.rebase(machine)
-    ip.sink.use_tool_length_offset(offset)
+    end(ip, 43.4, [0.0, 0.0, length, *zeros()[3:]])
     if ip.options.kinematics is None:
         return
     below = ip.sink.inner if isinstance(ip.sink, FramedSink) else ip.sink
@@ -217,7 +210,7 @@ def turn_off(ip: Interpreter) -> None:
 
 
 def end(ip: Interpreter, code: float, offset: Point) -> None:
-    """Follow the tip no longer: the length code and tool offset are those given, the machine staying where it is."""
+    """Follow no tip: the length code and tool offset are those given, the machine staying where it is."""
     turn_off(ip)
     machine = ip.machine_position()
     ip.state.length_code, ip.state.tool_offset = code, offset
