@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from functools import cache, partial
+from functools import cache
 
 from cncgen.gcode.block import Parsed
 from cncgen.gcode.budget import LINE, PAUSE
@@ -77,8 +77,8 @@ class Course:
         self.percent = Percent(ip, sources[0])
         control.calls.flush = faults.flush = self.pending.flush
         control.execute = self.executor.execute
-        control.run_profile = partial(_run_profile, control)
-        faults.recover = partial(_recover, ip, self._lines)
+        control.run_profile = self._run_profile
+        faults.recover = self._recover
         self._frames = control.calls.frames
         self._recurrence: Recurrence | None = None
         self.reached = self._here = first_line(ip, sources[0])
@@ -206,7 +206,9 @@ class Course:
             following = target = self._lines.after(here)
             self._faults.fail(error.place or here, error)
             if error.code == "syntax" and self._faults.found:
-                target = _behind_branch(self._control, self._faults, here) or following
+                from cncgen.gcode.flow.recovery import behind_branch
+
+                target = behind_branch(self._control, self._faults, here) or following
         self._here = target
         if self._since >= PAUSE and target <= here:
             self._look(here, target)
@@ -229,23 +231,14 @@ class Course:
         self.percent.seen = True
         return self._lines.parse(text) if bare else Parsed()
 
+    # Only programs of turning cycles import the module of profiles, and only those with faults that of recovery.
 
-def _run_profile(control: FlowControl, take: Take, first: Cursor, end: Cursor | Label, word: str) -> None:
-    """Run the lines of a profile; only programs of turning cycles import the module."""
-    from cncgen.gcode.flow.profile_lines import run_profile
+    def _run_profile(self, take: Take, first: Cursor, end: Cursor | Label, word: str) -> None:
+        from cncgen.gcode.flow.profile_lines import run_profile
 
-    run_profile(control, take, first, end, word)
+        run_profile(self._control, take, first, end, word)
 
+    def _recover(self, text: str) -> None:
+        from cncgen.gcode.flow.recovery import recover
 
-def _behind_branch(control: FlowControl, faults: Faults, here: Cursor) -> Cursor | None:
-    """Return the line behind the branches or the loop that begin in a faulty line, None of another one."""
-    from cncgen.gcode.flow.recovery import behind_branch
-
-    return behind_branch(control, faults, here)
-
-
-def _recover(ip: Interpreter, lines: LineReader, text: str) -> None:
-    """Put the modes of a faulty line in force; a program without faults does not import the module."""
-    from cncgen.gcode.flow.recovery import recover
-
-    recover(ip, lines.parse, text)
+        recover(self.ip, self._lines.parse, text)

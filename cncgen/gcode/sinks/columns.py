@@ -7,6 +7,7 @@ to arrays when one of these changes or a chunk is full.
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,6 @@ from cncgen.gcode.sinks.sink import FULL_CIRCLE_MM, Curve, MotionBatch, Point, r
 from cncgen.gcode.state.modal import PLANE_AXES, zeros
 from cncgen.geometry import elementary
 from cncgen.geometry.tables import ArcTable, NurbsTable
-from cncgen.records import dataclass
 from cncgen.toolpath.building import RowBuilder, ToolpathBuilder
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode
 from cncgen.units import AXIS_LETTERS, DEGREE, INCH, PER_MINUTE
@@ -29,8 +29,7 @@ _ROUNDING = 1e-6
 _SHORT = 256
 
 
-@dataclass(frozen=True, slots=True)
-class _Motions:
+class _Motions(NamedTuple):
     """Motions of one source as arrays; the columns are those of `MotionBatch`."""
 
     motion: NDArray[np.int8]
@@ -163,17 +162,10 @@ class ColumnsSink:
         if not pending:
             return
         motion, end, feed, first, second, turns, line = zip(*pending, strict=True)
-        motions = _Motions(
-            np.array(motion, np.int8),
-            np.array(end),
-            np.array(feed),
-            np.column_stack([first, second]),
-            np.array(turns, np.int64),
-            np.array(line, np.int64),
-            self._source,
-        )
+        centre = np.column_stack([first, second])
+        columns = np.array(motion, np.int8), np.array(end), np.array(feed), centre, np.array(turns, np.int64)
         pending.clear()
-        self._append(motions)
+        self._append(_Motions(*columns, np.array(line, np.int64), self._source))
 
     def motions(self, batch: MotionBatch) -> None:
         """Take a run of plain motions; short ones are kept with single motions until there are more."""
@@ -182,25 +174,16 @@ class ColumnsSink:
                 self.flush()
             self._source = batch.source
             first, second = zip(*batch.centre.tolist(), strict=True)
-            columns = (column.tolist() for column in (batch.motion, batch.end, batch.feed))
+            listed = (column.tolist() for column in (batch.motion, batch.end, batch.feed))
             self._pending.extend(
-                zip(*columns, first, second, batch.turns.tolist(), batch.line.tolist(), strict=True)
+                zip(*listed, first, second, batch.turns.tolist(), batch.line.tolist(), strict=True)
             )
             if len(self._pending) >= _MAX_PENDING:
                 self.flush()
         else:
             self.flush()
-            self._append(
-                _Motions(
-                    np.asarray(batch.motion),
-                    np.asarray(batch.end),
-                    np.asarray(batch.feed),
-                    np.asarray(batch.centre),
-                    np.asarray(batch.turns),
-                    np.array(batch.line),
-                    batch.source,
-                )
-            )
+            columns = map(np.asarray, (batch.motion, batch.end, batch.feed, batch.centre, batch.turns))
+            self._append(_Motions._make([*columns, np.array(batch.line), batch.source]))
 
     def nurbs_feed(self, curve: Curve) -> None:
         """Take a B-spline."""
@@ -304,15 +287,8 @@ class ColumnsSink:
         owner, until = parted(first, last, knee)
         whole = (until == 1.0)[:, None]
         ends = np.where(whole, end[owner], start[owner] + until[:, None] * (end - start)[owner])
-        parts = _Motions(
-            batch.motion[owner],
-            batch.end[owner],
-            batch.feed[owner],
-            batch.centre[owner],
-            batch.turns[owner],
-            batch.line[owner],
-            batch.source,
-        )
+        columns: tuple[Any, ...] = batch[:-1]
+        parts = _Motions._make([*(column[owner] for column in columns), batch.source])
         return parts, np.concatenate([self.builder.position[None, :], ends[:-1]]), ends
 
     def _radius(self, points: Floats) -> Floats:
