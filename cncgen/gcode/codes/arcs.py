@@ -110,8 +110,7 @@ def _arc(ip: Interpreter, block: Block, clockwise: bool) -> None:
     if state.feed_mode == 93:
         ip.sink.set_inverse_time(state.feed, _length(ip, end, (x, y), -turns if clockwise else turns))
     ip.sink.arc_feed(end, x, y, -turns if clockwise else turns, state.plane)
-    state.position = end
-    state.moved = True
+    state.position, state.moved = end, True
 
 
 def _repeat(ip: Interpreter, block: Block, clockwise: bool, name: str) -> None:

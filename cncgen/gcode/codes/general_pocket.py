@@ -83,11 +83,6 @@ def _parted(contour: list[Segment]) -> list[list[Segment]]:
     return [contour] if contour else []
 
 
-def _radius(ip: Interpreter, block: Block) -> float:
-    """Return the radius of the tool of D; 0 where no table gives it."""
-    return abs(tool_of_radius(ip, block, _NAME).diameter) * ip.table_scale() / 2.0
-
-
 def _steps(ip: Interpreter, words: dict[str, float]) -> tuple[float, bool]:
     """Return how far rows are apart, and whether they lie along Y; raise where a word is missing, or not above 0."""
     missing = [letter.upper() for letter in "zqpr" if letter not in words]
@@ -127,7 +122,9 @@ def pocket(ip: Interpreter, block: Block) -> None:
     ip.end_compensation()
     check_feed(ip, block, _NAME)
     step, upright = _steps(ip, words)
-    radius, finish = _radius(ip, block), words.get("k", 0.0)
+    # It is 0 where no table gives the diameter.
+    radius = abs(tool_of_radius(ip, block, _NAME).diameter) * ip.table_scale() / 2.0
+    finish = words.get("k", 0.0)
     begin = ip.end_point(replace(block, words={letter: words[letter] for letter in "xy" if letter in words}))
     ip.go(begin, rapid=True)
     # Where rows lie along Y, all is seen turned by a right angle.

@@ -72,9 +72,7 @@ def feed(ip: Interpreter, block: Block) -> None:
     end = ip.end_point(block)
     if state.feed_mode == 93:
         ip.sink.set_inverse_time(state.feed, _length(state.position, end))
-    ip.sink.straight_feed(end)
-    state.position = end
-    state.moved = True
+    ip.go(end)
 
 
 def _length(start: list[float], end: list[float]) -> float:

@@ -44,7 +44,7 @@ class LineRunner:
             raise BlockError("unsupported-flow", message, "GOTO", hint="give it a line of its own")
         if flow is not None and flow.then is None and not jumps:
             self._o_word(flow, here, after)
-        control.flush()
+        control.calls.flush()
         # Remarks on what a line reads are of that line.
         control.ip.base.block = empty_block(here)
         if flow is None or parsed.words or parsed.settings or parsed.comments:
@@ -58,7 +58,7 @@ class LineRunner:
     def _o_word(self, flow: Flow | None, here: Cursor, after: Cursor) -> Cursor | None:
         """Execute an O-word, behind the blocks that wait: its values may depend on where the machine is."""
         assert flow is not None
-        self.control.flush()
+        self.control.calls.flush()
         self.ip.base.block = empty_block(here)
         return self.control.run(flow, here, after)
 

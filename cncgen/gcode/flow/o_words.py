@@ -164,10 +164,6 @@ class FlowControl:
 
         return sub_words.follow_jump(self, here, after)
 
-    def flush(self) -> None:
-        """Run the blocks that wait."""
-        self.calls.flush()
-
     def line_numbered(self, here: Cursor, number: int, word: str) -> Cursor:
         """Return the line of a FANUC program that has an N word, which `word` of another line names."""
         from cncgen.gcode.flow import macros
@@ -213,7 +209,8 @@ class FlowControl:
             return False
         first, keyword = self._first.setdefault((frame.label, here.source, label), (here, flow.keyword))
         if first.offset != here.offset and not keyword == flow.keyword == "do":
-            message = f"o{shown(label)} begins {_with_article(keyword)} in line {first.line} already"
+            article = "an" if keyword == "if" else "a"
+            message = f"o{shown(label)} begins {article} {keyword.upper()} in line {first.line} already"
             hint = "give each branch and loop of a subroutine a label of its own"
             raise BlockError("oword-duplicate", message, "O", hint=hint)
         return first is here
@@ -267,8 +264,3 @@ class FlowControl:
             f"the subroutine that begins in line {border.cursor.line} parts it from the {keyword.upper()} "
             f"in line {over.cursor.line}: define it outside of branches and loops"
         )
-
-
-def _with_article(keyword: str) -> str:
-    """Return ``a WHILE``, ``an IF``."""
-    return f"{'an' if keyword == 'if' else 'a'} {keyword.upper()}"

@@ -60,7 +60,7 @@ def end_main(control: FlowControl, here: Cursor, target: Cursor, word: str) -> N
     """End the main program at a jump that repeats it, with a note."""
     from cncgen.gcode.text.lanes import empty_block
 
-    control.flush()
+    control.calls.flush()
     control.ip.base.block = empty_block(here)
     message = f"{word} leads back to line {target.line} without end, as nothing between leads elsewhere; one pass is planned"
     control.ip.note("program-repeats", message, word, "M30 ends it")
