@@ -240,19 +240,15 @@ class FramedSink(PassingSink):
         return self.frame.to_work(end)
 
     def straight_traverse(self, end: Point) -> None:
-        """Move."""
         self.inner.straight_traverse(self._led(end))
 
     def straight_feed(self, end: Point) -> None:
-        """Move."""
         self.inner.straight_feed(self._led(end))
 
     def straight_probe(self, end: Point) -> None:
-        """Move."""
         self.inner.straight_probe(self._led(end))
 
     def rigid_tap(self, end: Point, pitch: float) -> None:
-        """Move there and back."""
         self.inner.rigid_tap(self.frame.to_work(end), pitch)
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
@@ -277,7 +273,6 @@ class FramedSink(PassingSink):
         )
 
     def place(self, position: Point) -> None:
-        """Stand somewhere."""
         self.inner.place(self._led(position))
 
     def offsets_changed(self, position: Point) -> None:

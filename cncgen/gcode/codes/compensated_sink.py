@@ -133,11 +133,9 @@ class CompensatedSink(PassingSink):
     # Motions.
 
     def straight_traverse(self, end: Point) -> None:
-        """Offset a traverse."""
         self._line(end, rapid=True)
 
     def straight_feed(self, end: Point) -> None:
-        """Offset a line."""
         self._line(end, rapid=False)
 
     def _line(self, end: Point, rapid: bool) -> None:
@@ -145,7 +143,6 @@ class CompensatedSink(PassingSink):
         self._take(lambda: self.centre.line(in_plane(end, self.plane), move, rapid))
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
-        """Offset an arc."""
         if self._on_arc is not None and self.centre.begins:
             self._on_arc()
         centre = complex(first, second)
@@ -153,15 +150,12 @@ class CompensatedSink(PassingSink):
         self._take(lambda: self.centre.arc(in_plane(end, self.plane), centre, turns, move))
 
     def nurbs_feed(self, curve: Curve) -> None:
-        """Refuse a spline."""
         raise BlockError("comp-refused", "a spline cannot be offset by cutter compensation")
 
     def straight_probe(self, end: Point) -> None:
-        """Refuse to probe."""
         raise BlockError("comp-refused", "no probing under cutter compensation")
 
     def rigid_tap(self, end: Point, pitch: float) -> None:
-        """Refuse to tap."""
         raise BlockError("comp-refused", "no tapping under cutter compensation")
 
     def _placed(self, axes: Point, point: complex) -> Point:
@@ -288,7 +282,6 @@ class CompensatedSink(PassingSink):
         self._defer(partial(setattr, self, "_arcs", arcs))
 
     def set_feed_mode(self, mode: int, synched: bool) -> None:
-        """Pass on."""
         self._defer(partial(setattr, self, "_speed", None))
         self._defer(partial(self.inner.set_feed_mode, mode, synched))
 

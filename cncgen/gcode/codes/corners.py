@@ -83,11 +83,9 @@ class _Holding(PassingSink):
     motion: _Motion | None = None
 
     def straight_feed(self, end: Point) -> None:
-        """Keep a line."""
         self.motion = _Motion(list(end))
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
-        """Keep an arc."""
         self.motion = _Motion(list(end), complex(first, second), turns, plane)
 
 

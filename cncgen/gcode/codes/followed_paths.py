@@ -89,7 +89,6 @@ class FollowedSink(PassingSink):
         return self.shown(point)
 
     def place(self, position: Point) -> None:
-        """Stand somewhere."""
         self.inner.place(self._led(position))
 
     def straight_traverse(self, end: Point) -> None:
@@ -124,15 +123,12 @@ class FollowedSink(PassingSink):
             self.inner.set_feed_rate(state.feed)
 
     def straight_probe(self, end: Point) -> None:
-        """Refuse."""
         self._refuse("no probing")
 
     def rigid_tap(self, end: Point, pitch: float) -> None:
-        """Refuse."""
         self._refuse("no tapping")
 
     def nurbs_feed(self, curve: Curve) -> None:
-        """Refuse."""
         self._refuse("no splines")
 
     def set_inverse_time(self, rate: float, length: float) -> None:

@@ -107,7 +107,6 @@ class _FanucSink(affine.FramedSink):
             ip.warn_once("frame-origin", message, name, hint)
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
-        """Move."""
         self.parts.check_arc(plane)
         super().arc_feed(end, first, second, turns, plane)
 

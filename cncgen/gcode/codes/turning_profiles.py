@@ -190,13 +190,11 @@ class Recorder:
         self.segments: list[Segment] = []
 
     def straight_feed(self, end: Point) -> None:
-        """Keep a line."""
         self._keep(Segment(self.at, in_plane(end, self.plane)))
 
     straight_traverse = straight_feed
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
-        """Keep an arc."""
         self._keep(
             Segment(self.at, in_plane(end, self.plane), complex(first, second), 1 if turns > 0 else -1)
         )

@@ -135,17 +135,14 @@ class Heading(TryingSink):
     at: Point
 
     def straight_feed(self, end: Point) -> None:
-        """Take a line."""
         way = complex(end[0] - self.at[0], end[1] - self.at[1])
         if self.first is None and way:
             self.first = way / abs(way)
 
     def straight_traverse(self, end: Point) -> None:
-        """Take a traverse."""
         self.straight_feed(end)
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
-        """Take an arc."""
         spoke = complex(self.at[0] - first, self.at[1] - second)
         if self.first is None and spoke:
             self.first = (1j if turns > 0 else -1j) * spoke / abs(spoke)

@@ -94,11 +94,9 @@ class ColumnsSink:
     # Motions.
 
     def straight_traverse(self, end: Point) -> None:
-        """Keep a traverse."""
         self._keep(0, end, 0.0, 0.0, 0)
 
     def straight_feed(self, end: Point) -> None:
-        """Keep a line."""
         self._keep(1, end, 0.0, 0.0, 0)
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
@@ -186,7 +184,6 @@ class ColumnsSink:
             self._append(_Motions._make([*columns, np.array(batch.line), batch.source]))
 
     def nurbs_feed(self, curve: Curve) -> None:
-        """Take a B-spline."""
         self.budget.spend(MOTION)
         self.budget.add(ARRAYS)
         self.flush()
@@ -393,20 +390,16 @@ class ColumnsSink:
         self._scale = scale
 
     def select_plane(self, plane: int) -> None:
-        """Set the plane of arcs."""
         self.flush()
         self._plane = plane
 
     def set_feed_rate(self, rate: float) -> None:
-        """Set the feed rate."""
         self._feed = rate
 
     def set_inverse_time(self, rate: float, length: float) -> None:
-        """Set the rate of the next motion."""
         self._feed = rate
 
     def set_feed_mode(self, mode: int, synched: bool) -> None:
-        """Set the meaning of the feed rate."""
         self.flush()
         self._feed_mode = mode
 
@@ -428,22 +421,18 @@ class ColumnsSink:
             self._tolerance = math.nan if tolerance is None else tolerance * self._scale
 
     def set_g5x_offset(self, system: int, offset: Point) -> None:
-        """Set the origin."""
         self.flush()
         self._origin = list(offset)
 
     def set_g92_offset(self, offset: Point) -> None:
-        """Set the offset on top of the origin."""
         self.flush()
         self._g92 = list(offset)
 
     def set_xy_rotation(self, degrees: float) -> None:
-        """Turn the coordinate system."""
         self.flush()
         self._rotation = degrees
 
     def use_tool_length_offset(self, offset: Point) -> None:
-        """Set the tool's offset."""
         self.flush()
         if self._tips:
             self._add(Event("tool offset", values={"length_mm": offset[2] * self._scale}))
@@ -451,17 +440,14 @@ class ColumnsSink:
             self._tool = list(offset)
 
     def where(self, position: Point) -> Point:
-        """Return `position`: the machine stands where it should."""
         return position
 
     def place(self, position: Point) -> None:
-        """Stand at a position of the program."""
         self.flush()
         self.builder.place(self._machine(np.array([position]))[0])
         self._rest = self._of_machine(np.array([position]))[0]
 
     def call(self, text: str, event: Event | None = None) -> None:
-        """Keep the event of a call."""
         if event is not None:
             self.budget.spend(EVENT)
             self._add(event)

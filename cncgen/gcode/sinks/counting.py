@@ -96,22 +96,18 @@ class CountingSink:
         self.count += 1
 
     def synchronise(self, pitch: float | None) -> None:
-        """Count the event."""
         self.count += 1
 
     def call(self, text: str, event: Event | None = None) -> None:
-        """Count the event of a call."""
         if event is not None:
             self.budget.spend(CALL)
             self.count += 1
             self.waited += event.dwell_s
 
     def set_feed_rate(self, rate: float) -> None:
-        """Look at a feed."""
         self.slow = self.slow or (rate != 0.0 and not rate >= SLOW)
 
     def where(self, position: Point) -> Point:
-        """Return where the machine stands: where it should."""
         self._rest = list(position)
         return position
 

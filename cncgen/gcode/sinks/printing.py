@@ -72,7 +72,6 @@ class PrintingSink:
         return self.block
 
     def motions(self, batch: MotionBatch) -> None:
-        """Print a run of motions."""
         plane, self._alone = self._plane, 0
         ends: Any = batch.end.tolist()
         centres: Any = batch.centre.tolist()
@@ -99,11 +98,9 @@ class PrintingSink:
         self.call(text)
 
     def straight_traverse(self, end: Point) -> None:
-        """Print STRAIGHT_TRAVERSE."""
         self._motion(f"STRAIGHT_TRAVERSE({_six(end)})", end)
 
     def straight_feed(self, end: Point) -> None:
-        """Print STRAIGHT_FEED."""
         self._motion(f"STRAIGHT_FEED({_six(end)})", end)
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
@@ -114,11 +111,9 @@ class PrintingSink:
         self._motion(f"ARC_FEED({places})", end)
 
     def straight_probe(self, end: Point) -> None:
-        """Print STRAIGHT_PROBE."""
         self.call(f"STRAIGHT_PROBE({_six(end)})")
 
     def rigid_tap(self, end: Point, pitch: float) -> None:
-        """Print RIGID_TAP."""
         self.call(f"RIGID_TAP({end[0]:.4f}, {end[1]:.4f}, {end[2]:.4f})")
 
     def _nothing(self, *told: float | Point | None) -> None:
@@ -131,16 +126,13 @@ class PrintingSink:
         self.call(f"NURBS_FEED({len(curve.points)}, ...)")
 
     def use_length_units(self, inches: bool) -> None:
-        """Print USE_LENGTH_UNITS."""
         self.call(f"USE_LENGTH_UNITS(CANON_UNITS_{'INCHES' if inches else 'MM'})")
 
     def select_plane(self, plane: int) -> None:
-        """Print SELECT_PLANE."""
         self._plane = plane
         self.call(f"SELECT_PLANE(CANON_PLANE_{_PLANES.get(plane, 'UNKNOWN')})")
 
     def set_feed_rate(self, rate: float) -> None:
-        """Print SET_FEED_RATE."""
         self.call(f"SET_FEED_RATE({rate:.4f})")
 
     def set_inverse_time(self, rate: float, length: float) -> None:
@@ -148,7 +140,6 @@ class PrintingSink:
         self.set_feed_rate(max(rate * length, 0.1))
 
     def set_feed_mode(self, mode: int, synched: bool) -> None:
-        """Print SET_FEED_MODE."""
         self.call(f"SET_FEED_MODE(0, {int(synched)})")
 
     def set_motion_control_mode(self, mode: PathMode, tolerance: float | None, naive: float | None) -> None:
@@ -160,15 +151,12 @@ class PrintingSink:
             self.call(f"SET_MOTION_CONTROL_MODE({_MODES[mode]})")
 
     def set_g5x_offset(self, system: int, offset: Point) -> None:
-        """Print SET_G5X_OFFSET."""
         self.call(f"SET_G5X_OFFSET({system}, {_six(offset)})")
 
     def set_g92_offset(self, offset: Point) -> None:
-        """Print SET_G92_OFFSET."""
         self.call(f"SET_G92_OFFSET({_six(offset)})")
 
     def set_xy_rotation(self, degrees: float) -> None:
-        """Print SET_XY_ROTATION."""
         self.call(f"SET_XY_ROTATION({degrees:.4f})")
 
     def use_tool_length_offset(self, offset: Point) -> None:
@@ -177,7 +165,6 @@ class PrintingSink:
         self.call(f"USE_TOOL_LENGTH_OFFSET({', '.join(groups)})")
 
     def where(self, position: Point) -> Point:
-        """Return `position`: the machine stands where it should."""
         return position
 
 

@@ -95,7 +95,7 @@ class Curve:
 
 
 class Sink(Protocol):
-    """Receives canonical calls; `block` is the block that they come from."""
+    """Receives canonical calls; `block` is the block that they come from. Sinks say of a call only what is their own."""
 
     block: Block
     #: Counts the work of the run; its interpreter sets it.

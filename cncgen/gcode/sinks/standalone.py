@@ -69,7 +69,6 @@ class StandAloneSink(PrintingSink):
             self.call("ON_RESET()")
 
     def where(self, position: Point) -> Point:
-        """Return where the machine says it stands."""
         return self._position.copy()
 
     def _motion(self, text: str, end: Point) -> None:
@@ -78,7 +77,6 @@ class StandAloneSink(PrintingSink):
         self._position = list(end)
 
     def nurbs_feed(self, curve: Curve) -> None:
-        """Print and go there."""
         super().nurbs_feed(curve)
         self._position = list(curve.points[-1])
 
@@ -93,7 +91,6 @@ class StandAloneSink(PrintingSink):
                 self._position[axis] -= back * (end[axis] - start[axis])
 
     def use_length_units(self, inches: bool) -> None:
-        """Print and convert."""
         super().use_length_units(inches)
         if inches != self._inches:
             self._inches = inches
@@ -102,13 +99,11 @@ class StandAloneSink(PrintingSink):
                 vector[:] = [value * (factor if k in LENGTHS else 1.0) for k, value in enumerate(vector)]
 
     def set_g5x_offset(self, system: int, offset: Point) -> None:
-        """Print and shift."""
         super().set_g5x_offset(system, offset)
         self._shift(self._origin, offset)
         self._origin = list(offset)
 
     def set_g92_offset(self, offset: Point) -> None:
-        """Print and shift."""
         super().set_g92_offset(offset)
         self._shift(self._g92, offset)
         self._g92 = list(offset)
