@@ -146,7 +146,6 @@ class HoleMoves:
     between: str = ""
 
     def __call__(self, hole: Hole) -> None:
-        """Make the moves."""
         if self.between:
             step = hole.unscaled(hole.words["q"], hole.normal)
             if (hole.retract - hole.bottom) / step > MAX_PECKS:

@@ -71,13 +71,10 @@ def feed(ip: Interpreter, block: Block) -> None:
         check_feed(ip, block, "G1")
     end = ip.end_point(block)
     if state.feed_mode == 93:
-        ip.sink.set_inverse_time(state.feed, _length(state.position, end))
+        here = state.position
+        # Where X Y Z stand still, the way is that of the rotary axes.
+        ip.sink.set_inverse_time(state.feed, math.dist(here[:3], end[:3]) or math.dist(here[3:6], end[3:6]))
     ip.go(end)
-
-
-def _length(start: list[float], end: list[float]) -> float:
-    """Return the length of a line in X Y Z, or of its rotary part where they stand still."""
-    return math.dist(start[:3], end[:3]) or math.dist(start[3:6], end[3:6])
 
 
 def cancel(ip: Interpreter, block: Block) -> None:

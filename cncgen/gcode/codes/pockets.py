@@ -72,7 +72,6 @@ class PocketPath(FlatCutter):
         self.pocket, self.how = pocket, how
 
     def run(self, name: str) -> None:
-        """Make all levels."""
         offsets = self._offsets(name)
         for level in self.how.levels:
             self.to(self.begin(offsets[0]), rapid=True)

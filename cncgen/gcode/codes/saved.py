@@ -61,11 +61,6 @@ _COOLANTS, _OVERRIDES = ("mist", "flood"), ("feed_override", "speed_override", "
 _Codes = dict[tuple[str, int | None], tuple[str, int]]
 
 
-def _value(saved: Saved, name: str) -> int:
-    """Return what a field says to the code that brings it back."""
-    return saved.path[0] if name == "path" else getattr(saved, name)
-
-
 def restore(ip: Interpreter, saved: Saved) -> None:
     """Restore the differences, as LinuxCNC does: the units in a block of their own, all codes and words in another.
 
@@ -84,7 +79,7 @@ def restore(ip: Interpreter, saved: Saved) -> None:
         run({}, [codes["inches", saved.inches][1]], [])
     changed = {name for name in Saved.__slots__ if getattr(now, name) != getattr(saved, name)}
     found = [
-        codes.get((name, _value(saved, name)), ("", 0))
+        codes.get((name, saved.path[0] if name == "path" else getattr(saved, name)), ("", 0))
         for name in changed - {"inches", *_COOLANTS, *_OVERRIDES}
     ]
     g, m = ([number for letter, number in found if letter == wanted] for wanted in "GM")

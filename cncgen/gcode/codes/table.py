@@ -1,8 +1,7 @@
 """The table of codes: every G and M code with its modal group, place in the order of execution, words and meaning.
 
-A concern (arcs, offsets, tools …) is a module with a tuple `CODES` of `Code` records; `table` merges them for a
-dialect, as far as a program needs them. To add a code, write its handler in such a module and name the module in
-`_MODULES`.
+A concern (arcs, offsets, tools …) is a module of `_MODULES` with a tuple `CODES` of `Code` records; `table` merges them for a
+dialect, as far as a program needs them.
 """
 
 from __future__ import annotations

@@ -46,11 +46,9 @@ class Lathe:
         return end
 
     def rapid(self, point: complex) -> None:
-        """Traverse."""
         self.ip.go(self._end(point), rapid=True)
 
     def feed(self, point: complex) -> None:
-        """Feed in a straight line."""
         self.ip.go(self._end(point))
 
     def follow(self, segment: Segment, end: complex) -> None:

@@ -6,7 +6,7 @@ from array import array
 from collections.abc import Callable
 
 from cncgen.gcode.block import AXES
-from cncgen.gcode.budget import BATCH, MOTION
+from cncgen.gcode.budget import BATCH, CALL, MOTION
 from cncgen.gcode.codes.feeds import feeds_meant
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.counting import CountingSink
@@ -192,7 +192,9 @@ class Batches:
         """Give motions and asides to the sink, in their order."""
         kernel, sink = self._kernel, self._ip.sink
         if isinstance(sink, CountingSink):
-            sink.count_events(kernel.events)
+            # The calls of events are not made.
+            sink.budget.spend(CALL * kernel.events)
+            sink.count += kernel.events
             sink.waited += kernel.waited
             self._hand_rows(0, kernel.rows)
             return

@@ -21,7 +21,6 @@ class Executor:
         self._faults = faults
 
     def execute(self, block: Block) -> None:
-        """Execute a block."""
         ip = self._ip
         if ip.skipping and not block.m:
             ip.skipping = _G11 not in block.g

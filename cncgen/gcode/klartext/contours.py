@@ -139,8 +139,7 @@ class Heading(TryingSink):
         if self.first is None and way:
             self.first = way / abs(way)
 
-    def straight_traverse(self, end: Point) -> None:
-        self.straight_feed(end)
+    straight_traverse = straight_feed
 
     def arc_feed(self, end: Point, first: float, second: float, turns: int, plane: int) -> None:
         spoke = complex(self.at[0] - first, self.at[1] - second)

@@ -43,7 +43,6 @@ class _ToolFeed:
 
     @property
     def values(self) -> list[float]:
-        """Return the feed."""
         return [Plain.of(self._ip).tool_feed]
 
     @property

@@ -99,7 +99,6 @@ class HoleCycle(FlatCutter):
         self.go(depth, rapid=False)
 
     def dwell(self, seconds: float) -> None:
-        """Wait."""
         if seconds > 0.0:
             self.ip.sink.call(f"DWELL({seconds:.4f})", Event("dwell", True, seconds, {"seconds": seconds}))
 

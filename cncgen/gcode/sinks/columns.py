@@ -114,7 +114,7 @@ class ColumnsSink:
         self.flush()
         machine, mode = self.builder.position.copy(), self._path_mode
         self._path_mode = PathMode.EXACT_PATH
-        self._in_step(pitch, tap=True)
+        self.synchronise(pitch, tap=True)
         self._keep(1, end, 0.0, 0.0, 0)
         self.flush()
         self._path_mode = mode
@@ -122,11 +122,7 @@ class ColumnsSink:
             self.builder.retrace(machine)
         self.synchronise(None)
 
-    def synchronise(self, pitch: float | None) -> None:
-        """Take the pitch as the feed per revolution, or put the feed back."""
-        self._in_step(pitch)
-
-    def _in_step(self, pitch: float | None, tap: bool = False) -> None:
+    def synchronise(self, pitch: float | None, tap: bool = False) -> None:
         """Say with an event how far the tool goes in a turn, which neither feed nor speed tells, and set the feed."""
         told = {"pitch_mm": None if pitch is None else pitch * self._scale}
         self._add(Event("synchronise", values={**told, "tap": True} if tap else told))

@@ -54,11 +54,6 @@ class CountingSink:
         #: Columns of axes that may have moved, in program coordinates or by a rotation, before a word of the main text named them.
         self.unnamed: set[int] = set()
 
-    def count_events(self, events: int) -> None:
-        """Count the events of calls that are not made."""
-        self.budget.spend(CALL * events)
-        self.count += events
-
     def motions(self, batch: MotionBatch) -> None:
         """Count a run of motions; their ends and some of their feeds are looked at."""
         count = len(batch.motion)

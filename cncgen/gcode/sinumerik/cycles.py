@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any, SupportsIndex
 
 from cncgen.gcode.block import AXES
 from cncgen.gcode.codes.places import in_rows, on_circle
-from cncgen.gcode.codes.spindle import waited_s
 from cncgen.gcode.codes.steps import MOST, steps_of
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.sinumerik.expressions import Scalar
@@ -44,7 +43,6 @@ class CycleParameters(list[Scalar | None]):
         return super().__getitem__(place)
 
     def __iter__(self) -> Iterator[Scalar | None]:
-        """Go through all."""
         self.looked = len(self)
         return super().__iter__()
 
@@ -140,13 +138,7 @@ class Hole:
         self.go(self.start, rapid=True)
         self.feed(feed)
         self.go(self.depth, rapid=False)
-        self.dwell(wait)
-
-    def dwell(self, time: float) -> None:
-        """Wait: seconds, or revolutions where negative."""
-        seconds = waited_s(self.motions.ip.state, time)
-        if seconds:
-            self.motions.emit({"p": seconds}, (40,))
+        self.motions.dwell(wait)
 
     def mm(self, length: float) -> float:
         """Return a length in the unit of the program."""
@@ -157,7 +149,6 @@ class Hole:
         return max(self.mm(_LEAST_AHEAD), min((self.start - depth) * _AHEAD, self.mm(_MOST_AHEAD)))
 
     def feed(self, feed: float | None) -> None:
-        """Take a feed."""
         if feed:
             self.motions.emit({"f": feed})
 
@@ -314,12 +305,12 @@ def _deep(motions: Motions, name: str, values: Values) -> None:
         if k == 0 and factor != 1.0:
             hole.feed(feed)
         at_end = _waits(filled(values, 15), last) if depth == depths[-1] else 0.0
-        hole.dwell(at_end or _waits(filled(values, 8), each))
+        hole.motions.dwell(at_end or _waits(filled(values, 8), each))
         if depth == depths[-1]:
             break
         if filled(values, 11):
             hole.go(hole.start, rapid=True)
-            hole.dwell(_waits(filled(values, 9), out))
+            hole.motions.dwell(_waits(filled(values, 9), out))
             hole.go(depth + (hole.ahead_of(depth) if usual else ahead), rapid=True)
         else:
             hole.go(depth + back, rapid=False)
@@ -402,7 +393,7 @@ def _tapped(
             motions.emit({"s": speeds[k], "f": lead * speeds[k]}, (), (30 if (k == 0) != left else 40,))
             hole.go(place, rapid=False)
             if k == 0 and last:
-                hole.dwell(filled(values, 5))
+                hole.motions.dwell(filled(values, 5))
     if feed_mode != 94:
         motions.emit({}, (feed_mode * 10,))
     if feed:

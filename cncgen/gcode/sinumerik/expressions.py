@@ -60,7 +60,6 @@ class Quoted:
     text: str
 
     def __call__(self, variables: Variables) -> Scalar:
-        """Return the text."""
         return self.text
 
 
@@ -81,7 +80,6 @@ class RParameter:
         return variables.parameter(number(index, "the number of R"))
 
     def __call__(self, variables: Variables) -> Scalar:
-        """Return its value."""
         return self.of(variables, evaluate(self.index, variables))
 
 
@@ -94,7 +92,6 @@ class Variable:
 
     @property
     def operands(self) -> tuple[Value, ...]:
-        """The expressions that are computed before it."""
         return self.indices
 
     def of(self, variables: Variables, *indices: Scalar) -> Scalar:
@@ -102,7 +99,6 @@ class Variable:
         return variables.value(self.name, list(indices))
 
     def __call__(self, variables: Variables) -> Scalar:
-        """Return its value."""
         return variables.value(self.name, [evaluate(index, variables) for index in self.indices])
 
 
@@ -115,7 +111,6 @@ class TextFunction:
 
     @property
     def operands(self) -> tuple[Value, ...]:
-        """The expressions that are computed before it."""
         return self.arguments
 
     def of(self, variables: Variables, text: Scalar, *more: Scalar) -> Scalar:
@@ -127,7 +122,6 @@ class TextFunction:
         return _TEXTS[self.name](text, *more)
 
     def __call__(self, variables: Variables) -> Scalar:
-        """Return its value."""
         text, *more = (evaluate(argument, variables) for argument in self.arguments)
         return self.of(variables, text, *more)
 

@@ -11,7 +11,6 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from cncgen.gcode.codes.spindle import waited_s
 from cncgen.gcode.codes.steps import steps_of
 from cncgen.gcode.errors import refuse
 from cncgen.gcode.sinumerik.arcs import follow
@@ -84,9 +83,7 @@ class _Groove:
             self.to(z, height)
             if k < count:
                 self.to(z, height + self.lift, rapid=True)
-        seconds = waited_s(self.motions.ip.state, dwell)
-        if seconds:
-            self.motions.emit({"p": seconds}, (40,))
+        self.motions.dwell(dwell)
         self.to(z, self.top + self.lift, rapid=True)
 
     def finish(self, edge: float, to_right: bool) -> None:

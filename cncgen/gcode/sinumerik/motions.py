@@ -12,6 +12,7 @@ from cncgen.gcode.block import AXES, AXIS_INDEX, Block
 from cncgen.gcode.codes.affine import Frames
 from cncgen.gcode.codes.corners import leave_out
 from cncgen.gcode.codes.offsets import use_system
+from cncgen.gcode.codes.spindle import waited_s
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
@@ -218,6 +219,12 @@ class Motions:
         """Go to coordinates in a straight line."""
         self.emit({axis.lower(): value for axis, value in end.items()}, (0 if rapid else 10,))
 
+    def dwell(self, time: float) -> None:
+        """Wait: seconds, or revolutions where negative."""
+        seconds = waited_s(self.ip.state, time)
+        if seconds:
+            self.emit({"p": seconds}, (40,))
+
     def save(self) -> tuple[Any, ...]:
         """Return the state that SAVE of PROC keeps, as `restore` takes it."""
         state = self.ip.state
@@ -229,12 +236,10 @@ class Motions:
         return {name: getattr(self, name) for name in _EXAMINED}
 
     def set_fields(self, fields: dict[str, Any]) -> None:
-        """Bring them back."""
         for name, value in fields.items():
             setattr(self, name, value)
 
     def restore(self, saved: tuple[Any, ...]) -> None:
-        """Bring it back."""
         motion, absolute, frames, plane, feed, feed_mode, path, system = saved
         self.settle()
         self.motion, self.absolute = motion, absolute

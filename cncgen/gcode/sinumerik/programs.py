@@ -92,7 +92,6 @@ class Labels:
         self._found: dict[str, list[int]] = {}
 
     def add(self, name: str, at: int) -> None:
-        """Add a line."""
         self._named.setdefault(name, []).append(at)
 
     def __bool__(self) -> bool:

@@ -27,12 +27,16 @@ def names(name: str) -> bool:
     return name.startswith("$TC_")
 
 
+def _unknown(name: str) -> BlockError:
+    message = f"the system variable {name} is not read"
+    return BlockError("variable-unknown", message, name, hint="$TC_DP3[1,1] is length 1 of tool 1")
+
+
 def _index(name: str, at: list[Scalar]) -> tuple[int, int, int]:
     """Return the number of a tool's datum, the tool and its edge."""
     found = _DATA.match(name)
     if found is None or not 1 <= len(at) <= 2:
-        message = f"the system variable {name} is not read"
-        raise BlockError("variable-unknown", message, name, hint="$TC_DP3[1,1] is length 1 of tool 1")
+        raise _unknown(name)
     return int(found[1]), whole(at[0]), whole(at[1]) if len(at) == 2 else 1
 
 
@@ -136,8 +140,7 @@ class ToolData:
         if datum == _TYPE:
             return float(self._types.get(number_, 0))
         if datum not in (_ORIENTATION, _LENGTH_1, _LENGTH_2, _RADIUS, *_WEAR) or tool is None:
-            message = f"the system variable {name} is not read"
-            raise BlockError("variable-unknown", message, name, hint="$TC_DP3[1,1] is length 1 of tool 1")
+            raise _unknown(name)
         if datum == _ORIENTATION:
             return float(tool.orientation)
         place = {_LENGTH_1: 0, _LENGTH_2: 2, _RADIUS: 1}[_WEAR.get(datum, datum)]

@@ -134,11 +134,9 @@ class Store:
         return dict(self._sent), dict(self._settings)
 
     def parameter(self, index: float) -> float:
-        """Return R[index]."""
         return self.r[self._number(index)]
 
     def set_parameter(self, index: float, value: Scalar) -> None:
-        """Set R[index]."""
         self.r[self._number(index)] = number(value, f"the value of R{index:g}")
 
     def _number(self, index: float) -> int:
@@ -164,7 +162,6 @@ class Store:
         raise BlockError("variable-unknown", f"{name} has no value: no DEF gives it one", name, hint=hint)
 
     def set_value(self, name: str, indices: list[Scalar], value: Scalar) -> None:
-        """Set a variable."""
         if name == "$R" and len(indices) == 1:
             self.set_parameter(number(indices[0], "the number of R"), value)
             return

@@ -16,7 +16,6 @@ class Cursor(tuple[int, int, int]):
     line = property(itemgetter(2))
 
     def __new__(cls, source: int, offset: int, line: int) -> Cursor:
-        """Return the line."""
         return tuple.__new__(cls, (source, offset, line))
 
     def __getnewargs__(self) -> tuple[int, int, int]:

@@ -164,7 +164,6 @@ class ProgramLines(Generic[T]):
         self._near, self._near_here = -1, Cursor(0, 0, 1)
 
     def append(self, entry: T) -> None:
-        """Add an entry."""
         last = self._parts[-1] if self._parts else None
         if isinstance(last, list):
             last.append(entry)
@@ -221,7 +220,6 @@ class ProgramLines(Generic[T]):
         return self._place(k, part, at), self._starts[k] + part.count - at
 
     def place(self, at: int) -> Cursor:
-        """Return the place of a line."""
         found = self.run_at(at)
         return self[at].here if found is None else found[0]
 
