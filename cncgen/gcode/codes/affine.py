@@ -14,11 +14,10 @@ import cmath
 import math
 from collections.abc import Callable
 
-from cncgen.gcode.codes.arcs import swept
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
-from cncgen.gcode.state.modal import PLANE_AXES, in_plane, to_machine, to_program, zeros
+from cncgen.gcode.state.modal import PLANE_AXES, in_plane, swept, to_machine, to_program, zeros
 from cncgen.ranges import FACTORS
 from cncgen.records import dataclass, field, replace
 

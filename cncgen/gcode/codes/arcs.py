@@ -6,7 +6,6 @@ Source: Kramer et al. (2000), section 3.5.3; turns as in LinuxCNC's manual, "G2,
 
 from __future__ import annotations
 
-import cmath
 import math
 from functools import partial
 
@@ -22,7 +21,7 @@ from cncgen.gcode.sinks.sink import (
     CENTRE_TOLERANCE,
     RADIUS_TOLERANCE,
 )
-from cncgen.gcode.state.modal import Stage
+from cncgen.gcode.state.modal import Stage, swept
 from cncgen.kernels.arc_centres import centre_from_radius
 
 _OFFSETS = "ijk"
@@ -52,13 +51,6 @@ def tangent_centre(
         message = f"CT goes straight on: its end lies in the direction of the {before} before"
         raise BlockError("arc-tangent", message, "CT", hint=hints[1])
     return begin + 1j * way * abs(chord) ** 2 / (2.0 * aside), 1 if aside > 0.0 else -1
-
-
-def swept(spoke: complex, last: complex, turns: int) -> tuple[float, float]:
-    """Return the sense of an arc, 1 or -1, and the angle that it sweeps between two ways from its centre."""
-    spin = 1.0 if turns > 0 else -1.0
-    sweep = (spin * cmath.phase(last / spoke)) % (2.0 * math.pi)
-    return spin, (sweep if sweep > 1e-9 else 2.0 * math.pi) + 2.0 * math.pi * (abs(turns) - 1)
 
 
 def _arc(ip: Interpreter, block: Block, clockwise: bool) -> None:

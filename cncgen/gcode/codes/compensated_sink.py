@@ -14,12 +14,11 @@ from functools import partial
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
 from cncgen.gcode.budget import MOTION
-from cncgen.gcode.codes.arcs import swept
 from cncgen.gcode.codes.table import COMPENSATION, COMPENSATION_PLANE, INTERRUPTS, STRICT_COMPENSATION, Codes
 from cncgen.gcode.codes.tool_centre import CentreMove, CompensationError, ToolCentre
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
-from cncgen.gcode.state.modal import PLANE_AXES, in_plane
+from cncgen.gcode.state.modal import PLANE_AXES, in_plane, swept
 from cncgen.records import dataclass
 from cncgen.toolpath.record import Event
 from cncgen.units import INCH

@@ -7,11 +7,10 @@ import math
 from collections.abc import Callable, Iterator
 
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.arcs import swept
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import Curve, PassingSink, Point, Sink
-from cncgen.gcode.state.modal import PLANE_AXES, in_plane
+from cncgen.gcode.state.modal import PLANE_AXES, in_plane, swept
 from cncgen.ranges import FEEDS
 
 #: A point of the part by the place on a path, 0 to 1.

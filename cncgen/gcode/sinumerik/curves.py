@@ -11,7 +11,6 @@ from cncgen.gcode.codes import affine
 from cncgen.gcode.codes.lines import check_feed, inverse_rate
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.sinks.sink import Curve, Point
-from cncgen.gcode.sinumerik import arcs
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions, Words
@@ -185,7 +184,9 @@ def through(motions: Motions, words: Words, given: dict[str, float], end: Point)
     out = {**given, AXES[first]: c.real, AXES[second]: c.imag}
     out["ijk"[first % 3]], out["ijk"[second % 3]] = (centre - a).real, (centre - a).imag
     motions.emit(out, (30 if across > 0.0 else 20,))
-    arcs.head(motions, c - centre, clockwise=across < 0.0)
+    way = (1j if across > 0.0 else -1j) * (c - centre)
+    motions.heading = [0.0] * 9
+    motions.heading[first], motions.heading[second] = way.real, way.imag
 
 
 def _straight() -> BlockError:

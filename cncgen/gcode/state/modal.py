@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 
 from cncgen.records import dataclass, field
@@ -200,3 +201,10 @@ def to_program(
         c, s = math.cos(math.radians(rotation)), math.sin(math.radians(rotation))
         out[0], out[1] = out[0] * c + out[1] * s, -out[0] * s + out[1] * c
     return [p - g for p, g in zip(out, g92, strict=True)]
+
+
+def swept(spoke: complex, last: complex, turns: int) -> tuple[float, float]:
+    """Return the sense of an arc, 1 or -1, and the angle that it sweeps between two ways from its centre."""
+    spin = 1.0 if turns > 0 else -1.0
+    sweep = (spin * cmath.phase(last / spoke)) % (2.0 * math.pi)
+    return spin, (sweep if sweep > 1e-9 else 2.0 * math.pi) + 2.0 * math.pi * (abs(turns) - 1)
