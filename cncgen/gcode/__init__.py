@@ -60,9 +60,12 @@ HEIDENHAIN = "heidenhain"
 def read(
     source: str | os.PathLike[str] | BinaryIO | Source, name: str, options: ReadOptions = _DEFAULT
 ) -> Program:
-    """Read a program as its toolpath, in machine coordinates, mm and rad; raises a `UsageError` where the file cannot be read.
+    """Read a program as its toolpath, in machine coordinates, mm and rad.
 
     The text is mapped or spooled at once; blocks are interpreted as the chunks are drawn.
+
+    Raises:
+        UsageError: Where the file cannot be read.
     """
     import numpy as np
 
@@ -154,6 +157,7 @@ def _folders(path: str | os.PathLike[str] | None, options: ReadOptions) -> list[
 def _moving_axes(
     text: Source, choice: Choice, path: str | os.PathLike[str] | None, options: ReadOptions
 ) -> str:
+    """Return the letters of the axes that a program names."""
     dialect, folders = choice.dialect, _folders(path, options)
     rotary = "".join(AXIS_LETTERS[k] for k in (options.kinematics.axes if options.kinematics else ()))
     if dialect == SINUMERIK:
@@ -214,8 +218,17 @@ def check(
 ) -> int:
     """Interpret a program without keeping it; return the number of motions and events.
 
-    The diagnostics are those of `read`, sooner, because no toolpath is built. Without `diagnostics`, which receives them, errors are
-    raised as a `ProgramError` after the whole text was read.
+    The diagnostics are those of `read`, sooner, because no toolpath is built.
+
+    Args:
+        source: The program's file or stream.
+        name: Its name in diagnostics.
+        options: How it is read.
+        diagnostics: Receives its faults; without it, errors are raised after the whole text was read.
+
+    Raises:
+        UsageError: Where the file cannot be read.
+        ProgramError: Where the program has errors and `diagnostics` is not given.
     """
     found = Diagnostics() if diagnostics is None else diagnostics
     text, path = open_source(source, name), source if isinstance(source, str | os.PathLike) else None
@@ -256,10 +269,20 @@ def canon(
     options: ReadOptions = _DEFAULT,
     diagnostics: Diagnostics | None = None,
 ) -> Iterator[str]:
-    """Yield the canonical calls of a program, a line each, as LinuxCNC's ``rs274 -g`` prints them; errors go where those of `check` do.
+    """Yield the canonical calls of a program, a line each, as LinuxCNC's ``rs274 -g`` prints them.
 
     The machine is the imaginary one of `rs274` (`standalone`), and as there the calls end at the first error; the rest of
     the program is read for its other errors.
+
+    Args:
+        source: The program's file or stream.
+        name: Its name in diagnostics.
+        options: How it is read.
+        diagnostics: Receives its faults; without it, errors are raised after the whole text was printed.
+
+    Raises:
+        UsageError: Where the file cannot be read.
+        ProgramError: Where the program has errors and `diagnostics` is not given.
     """
     from cncgen.gcode.sinks.standalone import CALL_LEVELS, StandAloneSink
 
