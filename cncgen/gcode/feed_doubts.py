@@ -27,11 +27,14 @@ class Clock:
         """Take the rows of a chunk; return a remark, once."""
         import numpy as np
 
+        from cncgen.ranges import POSITION
         from cncgen.toolpath.record import FeedMode, Kind
 
         rows = (chunk.feed_mode == FeedMode.SPEED) & (chunk.kind != Kind.EVENT) & (chunk.feed < _SLOW)
         if rows.any():
-            length = np.linalg.norm((chunk.end - chunk.starts)[rows][:, :3], axis=1)
+            # A place out of range is an error, which is told when the text ends.
+            way = np.clip((chunk.end - chunk.starts)[rows][:, :3], -2.0 * POSITION, 2.0 * POSITION)
+            length = np.linalg.norm(way, axis=1)
             feed = chunk.feed[rows]
             moving = feed > 0.0
             self._slow_s += float((length[moving] / np.maximum(feed[moving], _LEAST)).sum())

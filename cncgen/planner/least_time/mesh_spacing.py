@@ -190,7 +190,7 @@ def _spacing(shape: tuple[Floats, ...], panels: Floats, steps: Bools, coarse: bo
         out = _OF_RADIUS / turn
         speed = np.sqrt(np.minimum(top, acceleration / bend))
         ramp = speed * np.minimum(acceleration / jerk, np.sqrt(speed / jerk))
-        load = twist * speed**3 / jerk
+        load = twist * (speed * speed * speed) / jerk
     if not coarse:
         # Where a straight line has no bend, it has no load either.
         out = out / np.sqrt(np.fmax(load / _LOADED, 1.0)).clip(None, _TIMES)

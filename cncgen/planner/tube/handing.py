@@ -216,7 +216,7 @@ class Hand:
         )
         length = h * (speed[:-1] + 4.0 * middle + speed[1:]) / 6.0
         s = np.concatenate([[0.0], np.cumsum(length)])
-        j = 6.0 * (length - h * (speed[:-1] + 0.5 * h * rate[:-1])) / h**3
+        j = 6.0 * (length - h * (speed[:-1] + 0.5 * h * rate[:-1])) / (h * h * h)
         profile = Profile(t, s, speed[:-1], rate[:-1], j, np.zeros(count), self._limits(nodes, found, count))
         first, stop, row_s = self._rows(begin, nodes, count, s)
         own = slice(first - program.base, stop - program.base)
