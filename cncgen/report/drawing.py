@@ -62,7 +62,7 @@ def new_figure(
     """Return a figure and its axes, shape (rows, columns); by default all of them share their abscissa.
 
     Raises:
-        UsageError: matplotlib is not installed (``plot-missing``).
+        UsageError: matplotlib is not installed, or refuses its settings, as a backend that it does not have (``plot-missing``).
     """
     locale = os.environ.get("LC_ALL")
     # fc-list, which matplotlib may ask for fonts, prints a warning of a locale that does not exist.
@@ -72,6 +72,10 @@ def new_figure(
     except ImportError as error:
         hint = "install it: pip install 'cncgen[plot]'"
         raise UsageError(Diagnostic("plot-missing", "pictures need matplotlib", hint=hint)) from error
+    except ValueError as error:
+        message = f"matplotlib refuses its settings: {str(error).partition(';')[0]}"
+        hint = "look at MPLBACKEND in the environment, and at matplotlibrc"
+        raise UsageError(Diagnostic("plot-missing", message, hint=hint)) from error
     finally:
         os.environ.pop("LC_ALL")
         if locale is not None:
