@@ -541,6 +541,8 @@ class Path:
 
     def turning_points(self) -> Floats:
         """Return, ascending, the s within arcs at which the turn leaves one of X Y Z standing: there it begins to go back."""
+        if not len(self._arc_rows):
+            return np.zeros(0)
         item, angle = self._arcs.turning_points()
         return np.sort(self.row_s[self._arc_rows[item]] + self._arcs.length_to(item, angle))
 

@@ -595,3 +595,25 @@ def test_frames_that_leave_no_digits_are_refused(run: Any, lines: str) -> None:
 def test_an_m_function_that_is_not_the_controls_is_the_builders(run: Any) -> None:
     out = run("G71 G90\nG1 X5 F100\nM180\nM30\n", dialect="sinumerik")
     assert [(d.severity, d.code, d.span.line) for d in out.diagnostics] == [("warning", "builders-code", 3)]
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text", "line"),
+    [
+        ("sinumerik", "G71 G1 X1 F100\nR1=2\nM30\nG1 X5", 3),
+        ("sinumerik", "G71 G1 X1 F100\nR1=2\nM30\nREST: G1 X5", 0),
+        ("sinumerik", "G71 G1 X1 F100\nIF R1==1 GOTOF N70\nM30\nN70 G1 X5", 0),
+        ("sinumerik", "G71 G1 X1 F100\nUP1\nM30\nPROC UP1\nG1 X5\nM17", 0),
+        ("heidenhain", "0 BEGIN PGM A MM\n1 L X+1 R0 F100\n2 M30\n3 L X+5\n4 END PGM A MM", 3),
+        (
+            "heidenhain",
+            "0 BEGIN PGM A MM\n1 L X+1 R0 F100\n2 CALL LBL 1\n3 M30\n4 LBL 1\n5 L X+5\n6 LBL 0\n7 END PGM A MM",
+            0,
+        ),
+    ],
+)
+def test_blocks_behind_the_end_that_nothing_leads_to_are_told(
+    run: Any, dialect: str, text: str, line: int
+) -> None:
+    out = run(text + "\n", dialect=dialect)
+    assert [d.span.line for d in out.diagnostics if d.code == "text-behind-end"] == ([line] if line else [])

@@ -33,6 +33,10 @@ from cncgen.gcode.text.line_runs import ProgramLines
 from cncgen.gcode.text.search import opened, places, search_path
 
 _YIELD = 512
+#: Blocks that move, and what calls or jumps lead to, behind the end of a program, of which so many bytes are looked at.
+_MOVES = rb"(?m)^[^;(\n]*(?<![A-Z_$])[XYZ][ =+\-.]*\d"
+_LED_TO = rb"(?m)LBL|PROC|^%|^\s*(?:N\d+\s+)?[A-Z_]\w+\s*:"
+_REST = 65_536
 #: How often in a row lines are run together from one on that are too few for it, and how many are enough.
 _TRIES, _ENOUGH = 3, 6
 
@@ -413,6 +417,29 @@ class LanguageRun(Run, Generic[P]):
             message = f"the program ends without {names}"
             fault = BlockError("no-program-end", message, hint=f"{names.split()[0]} ends it")
             self._faults.remark(fault, Severity.WARNING)
+        elif self._reached < len(main.lines):
+            self._tell_of_rest(main)
+
+    def _tell_of_rest(self, main: P) -> None:
+        """Warn of blocks with motions behind the one that ended the program, where nothing leads to lines behind it."""
+        import re
+
+        source, (before, first, last) = (
+            self.sources[0],
+            (main.lines[at].here.offset for at in (self._reached - 1, self._reached, len(main.lines) - 1)),
+        )
+        rest = source.data[first : min(source.line_end(last), first + _REST)].upper()
+        count = len(re.findall(_MOVES, rest))
+        leads = re.search(_LED_TO, rest) or re.search(rb"GOTO|REPEAT", source.data[:first].upper())
+        if not count or leads or not self.ip.state.ended or self._faults.found:
+            return
+        self.ip.base.block = empty_block(main.lines[self._reached - 1].here)
+        name = source.text_at(before).strip()
+        message = f"{count} blocks with motions stand behind {name}, which ends the program: they are not run"
+        hint = (
+            "remove it where they belong to the program; programs of their own belong into files of their own"
+        )
+        self._faults.remark(BlockError("text-behind-end", message, hint=hint), Severity.WARNING)
 
     # Calls.
 
