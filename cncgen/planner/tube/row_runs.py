@@ -232,11 +232,17 @@ class RowRuns:
         return followed(path, entry, plan, first_s, period, PASSED, self.bounds.chord_mm, whole)
 
     def nodes_again(self, run: RowRun, nodes: Nodes, whole: bool, scales: Scales) -> Nodes:
-        """Return nodes from where a run is up to the last one of others, of other scales."""
+        """Return nodes from where a run is up to the last one of others, of other scales.
+
+        Within a tolerance as wide as the path many rows may have one place, and are laid out from there on (`_apart`) when nodes of
+        all of them are made. Part of such rows can't be laid out anew: the nodes stay.
+        """
         program, grid, first = self.program, self.reference.grid, run.at + (run.part >= 1.0)
         assert grid is not None
         stop = int(nodes.row[-1]) + 1
         places = np.clip(self.places.between(first, stop + 1), run.s, nodes.s[-1])
+        if not places[-1] > places[0]:
+            return nodes
         border = np.ones(len(places), bool)
         border[1:-1] = borders_of(program, first, places, np.interp(places, grid.s, grid.v), scales)
         within = 0.0 if run.part >= 1.0 else run.part, float(nodes.part[-1])

@@ -7,6 +7,7 @@ import pytest
 
 import cncgen
 from cncgen.pipeline import judge
+from trials import examiner
 
 
 def polyline(rng: np.random.Generator) -> list[str]:
@@ -48,3 +49,8 @@ def test_limits_and_tolerance_are_kept_and_no_plan_is_slower(rows: object, seed:
         assert verdict.holds, (seed, [fault.message for fault in verdict.breaches])
         times.append(setpoints.time_s[-1])
     assert times[0] <= times[1] + 0.001
+
+
+def test_nodes_of_a_part_of_tangled_rows_stay() -> None:
+    """A hundred rows in one place of a path that is as large as P: nodes for a part of them had no length (an exception of numpy)."""
+    assert examiner.examined("relaxing", range(20437, 20438)) == 0
