@@ -35,7 +35,7 @@ from cncgen.gcode.text.search import opened, places, search_path
 _YIELD = 512
 #: Blocks that move, and what calls or jumps lead to, behind the end of a program, of which so many bytes are looked at.
 _MOVES = rb"(?m)^[^;(\n]*(?<![A-Z_$])[XYZ][ =+\-.]*\d"
-_LED_TO = rb"(?m)LBL|PROC|^%|^\s*(?:N\d+\s+)?[A-Z_]\w+\s*:"
+_LED_TO = rb"(?m)LBL|PROC|^%|^[^;(\n]*[A-Z_]\w*[ \t]*:"
 _REST = 65_536
 #: How often in a row lines are run together from one on that are too few for it, and how many are enough.
 _TRIES, _ENOUGH = 3, 6
