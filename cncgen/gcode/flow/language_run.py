@@ -435,7 +435,8 @@ class LanguageRun(Run, Generic[P]):
             return
         self.ip.base.block = empty_block(main.lines[self._reached - 1].here)
         name = source.text_at(before).strip()
-        message = f"{count} blocks with motions stand behind {name}, which ends the program: they are not run"
+        least = "at least " if source.line_end(last) > first + _REST else ""
+        message = f"{least}{count} blocks with motions stand behind {name}, which ends the program: they are not run"
         hint = (
             "remove it where they belong to the program; programs of their own belong into files of their own"
         )
