@@ -13,6 +13,7 @@ export class Camera {
     this.centre = [0, 0, 0];
     this.scale = 1;
     this.width = this.height = 1;
+    this.restored = false;
   }
 
   /** Return the directions of the picture in space: right, up, and towards the viewer. */
@@ -62,6 +63,7 @@ export class Camera {
   fit(box, margin = 0.86) {
     for (let k = 0; k < 3; k++) this.centre[k] = (box[k] + box[k + 3]) / 2;
     this.scale = this.fitting(box, margin);
+    this.restored = false;
   }
 
   /** Return the scale at which a box fits into the canvas. */
@@ -103,6 +105,7 @@ export class Camera {
     [this.azimuth, this.elevation] = values;
     this.centre = values.slice(2, 5);
     this.scale = values[5];
+    this.restored = true;
     return true;
   }
 }

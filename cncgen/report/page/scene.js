@@ -136,7 +136,8 @@ export class Scene {
     const before = this.box && this.camera.fitting(this.box);
     this.camera.width = width;
     this.camera.height = height;
-    if (before) this.camera.scale *= this.camera.fitting(this.box) / before;
+    // A scale from a link is of the canvas as it is, not of one that a frame has not laid out yet.
+    if (before && (this.ratio || !this.camera.restored)) this.camera.scale *= this.camera.fitting(this.box) / before;
     this.ratio = ratio;
     this.request(true);
     // A canvas of a new size is empty, and may be shown before the next frame.
