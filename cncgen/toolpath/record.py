@@ -35,7 +35,7 @@ class FeedMode(IntEnum):
 
     SPEED: mm/s along X Y Z (or U V W; rad/s where only rotary axes move). G94, and G95 already multiplied out.
     INVERSE_TIME: 1/s; the motion takes ``1 / feed`` seconds. G93.
-    RAPID: the machine's own speed; `feed` is NaN.
+    RAPID: the machine's own speed; `feed` is NaN, or, once planned under G64, what the axes allow along the row.
     """
 
     SPEED = 0
@@ -93,7 +93,7 @@ class Toolpath:
         start: Shape (axes,), mm or rad.
         kind: Shape (n,), int8, a `Kind`.
         end: Shape (n, axes), mm or rad.
-        feed: Shape (n,), see `FeedMode`; NaN for rapids and events.
+        feed: Shape (n,), see `FeedMode`; NaN for events.
         feed_mode: Shape (n,), int8.
         path_mode: Shape (n,), int8.
         tolerance: Shape (n,), mm, of CONTINUOUS; NaN where the program gives none (then the machine's holds).

@@ -195,7 +195,7 @@ def test_derivatives_agree_with_differences_of_other_plans(seed: int) -> None:
 
 def test_a_rapid_at_45_degrees_has_no_derivative_to_one_axis(tmp_path: Path) -> None:
     """L/V + V/A + A/J at each axis's 1/√2 of the way: with more of X alone Y still binds, with less of X it binds itself."""
-    (tmp_path / "a.nc").write_text("G21 G90\nG0 X30 Y30\nG0 X0 Y0\nM2\n")
+    (tmp_path / "a.nc").write_text("G21 G90 G61\nG0 X30 Y30\nG0 X0 Y0\nM2\n")
     now, found = why(tmp_path / "a.nc", load("xy-table"))
     worth = {each.name: each for each in found}
     first, opposite = worth["X jerk"].sides_s

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from cncgen.geometry.path import STANDSTILL, Path
 from cncgen.planner.limits.axis_limits import AxisLimits, along_path, resolution
 from cncgen.planner.limits.program_feeds import Feeds
-from cncgen.toolpath.record import FeedMode, PathMode, Toolpath
+from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -66,15 +66,17 @@ def _fastest(bounds: AxisLimits) -> float:
 def paced(chunks: Iterable[Toolpath], bounds_of: Callable[[str], AxisLimits]) -> Iterator[Toolpath]:
     """Yield chunks ready for smoothing: under G64 inverse-time feeds (G93) become speeds, which hold for each part of a row as well, and rows that
     crawl by them are met exactly (G61), since a row of some tolerances may vanish in the curve of its neighbours, and its time with it.
+    Rapids get a speed under G64 too, the largest along their lines.
 
     Args:
         chunks: Consecutive stretches of one program, tolerances filled in.
         bounds_of: Gives the limits for the letters of a toolpath.
     """
     for chunk in chunks:
+        bounds = bounds_of(chunk.axes)
+        chunk = _rapids_paced(chunk, bounds)
         inverse = chunk.feed_mode == FeedMode.INVERSE_TIME
         slowest = np.min(chunk.feed, where=np.isfinite(chunk.feed), initial=np.inf)
-        bounds = bounds_of(chunk.axes)
         if not inverse.any() and slowest >= _fastest(bounds):
             yield chunk
             continue
@@ -91,3 +93,20 @@ def paced(chunks: Iterable[Toolpath], bounds_of: Callable[[str], AxisLimits]) ->
             feed_mode=np.where(split, FeedMode.SPEED, chunk.feed_mode).astype(np.int8),
             path_mode=np.where(met, PathMode.EXACT_PATH, chunk.path_mode).astype(np.int8),
         )
+
+
+def _rapids_paced(chunk: Toolpath, bounds: AxisLimits) -> Toolpath:
+    """Return a chunk whose rapids under G64 have a feed, the speed that velocities of axes allow along their lines.
+
+    Speeds that smoothing and the search compare and divide by are to be numbers. The velocities themselves bound the plan.
+    """
+    rapid = (chunk.feed_mode == FeedMode.RAPID) & (chunk.path_mode == PathMode.CONTINUOUS)
+    rows = np.flatnonzero(rapid & (chunk.kind == Kind.LINE))
+    if not len(rows):
+        return chunk
+    path = chunk.path
+    rows = rows[path.moves_xyz[rows] & (path.row_length[rows] > STANDSTILL)]
+    x1 = path.evaluate(0.5 * (path.row_s[rows] + path.row_s[rows + 1]), 1)[1]
+    feed = chunk.feed.copy()
+    feed[rows] = along_path(bounds.velocity, x1) / path.per_feed[rows]
+    return replace(chunk, feed=feed)

@@ -22,7 +22,7 @@ from cncgen.planner.limits.axis_limits import JUMP_SHARE, STEP_TAKES, SWAY_SHARE
 from cncgen.planner.limits.program_feeds import Feeds
 from cncgen.planner.record import Limit
 from cncgen.planner.smoothing.runs import loose
-from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
+from cncgen.toolpath.record import Event, Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -123,7 +123,7 @@ def mesh_of(
     if cap and cap.straight:
         # Crawling rows are slower than any cap.
         lines &= block.crawls[path.row_of(0.5 * (corners.s[:-1] + corners.s[1:]))]
-    kept = ~loose(toolpath) & (toolpath.feed_mode != FeedMode.RAPID) | ~path.moves_xyz
+    kept = ~loose(toolpath) | ~path.moves_xyz
     coarse = coarse and not kept[toolpath.kind != Kind.EVENT].any()
     try:
         s = placed(path, bounds, corners, sides, lines, top_at, coarse)

@@ -40,4 +40,4 @@ def programmed_speed(rows: Toolpath, row_s: Floats) -> Floats:
     """
     inverse = rows.feed_mode == FeedMode.INVERSE_TIME
     feed = rows.feed * np.where(inverse, np.diff(row_s), rows.path.per_feed)
-    return np.where(np.isfinite(feed) & (feed > 0), feed, 0.0)
+    return np.where((rows.feed_mode != FeedMode.RAPID) & np.isfinite(feed) & (feed > 0), feed, 0.0)

@@ -16,7 +16,7 @@ from cncgen.geometry.columns import max_over_axes
 from cncgen.geometry.path import STANDSTILL, Path
 from cncgen.geometry.splitting import split
 from cncgen.planner.limits.axis_limits import axis_scale
-from cncgen.planner.smoothing.runs import LEAST_TOLERANCE, rests
+from cncgen.planner.smoothing.runs import LEAST_TOLERANCE, rapid, rests
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 from cncgen.toolpath.slicing import between, join
 
@@ -122,7 +122,9 @@ def _curve_ends(rows: Toolpath, path: Path, before: tuple[bool, float]) -> _Curv
     one, two = moving[:-1], moving[1:]
     may = _roundable(rows, path)
     stops = np.concatenate([[0], np.cumsum(rests(rows))])
+    swift = rapid(rows)
     pair = may[one] & may[two] & (stops[one] == stops[two])
+    pair &= swift[one] == swift[two]
     pair &= (rows.kind[one] == Kind.NURBS) | (rows.kind[two] == Kind.NURBS)
     one, two = one[pair], two[pair]
     if not one.size:
@@ -146,7 +148,7 @@ def _curve_ends(rows: Toolpath, path: Path, before: tuple[bool, float]) -> _Curv
 
 def _roundable(rows: Toolpath, path: Path) -> Bools:
     may = (rows.path_mode == PathMode.CONTINUOUS) & (rows.tolerance >= LEAST_TOLERANCE)
-    may &= (rows.feed_mode != FeedMode.RAPID) & (rows.kind != Kind.EVENT) & path.moves_xyz
+    may &= (rows.kind != Kind.EVENT) & path.moves_xyz
     return may & regular(rows, path)
 
 

@@ -63,7 +63,7 @@ def _borders(rows: Toolpath, tolerance: float) -> NDArray[np.int64]:
     n = len(rows)
     asked = replace(rows, path_mode=np.zeros(n, np.int8), tolerance=np.full(n, tolerance))
     classes = classify(asked, rows.path, scale)
-    fits = classes.fits & (rows.kind == Kind.LINE) & (rows.feed_mode != FeedMode.INVERSE_TIME)
+    fits = classes.fits & (rows.kind == Kind.LINE) & (rows.feed_mode == FeedMode.SPEED)
     split = np.ones(n, bool)
     turn = np.einsum("ij,ij->i", classes.leave[:-1, :3], classes.entry[1:, :3])
     same = (rows.feed[1:] == rows.feed[:-1]) & (rows.feed_mode[1:] == rows.feed_mode[:-1])

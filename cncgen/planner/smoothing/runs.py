@@ -53,12 +53,18 @@ def rests(toolpath: Toolpath) -> NDArray[np.bool_]:
     return out
 
 
+def rapid(toolpath: Toolpath) -> NDArray[np.bool_]:
+    """Tell which rows are rapids. Where they meet others the path is met exactly: cuts begin and end where they are programmed to."""
+    out: NDArray[np.bool_] = toolpath.feed_mode == FeedMode.RAPID
+    return out
+
+
 def loose(toolpath: Toolpath) -> NDArray[np.bool_]:
     """Tell which rows have a tolerance within which the motion may leave them."""
     out: NDArray[np.bool_] = (toolpath.path_mode == PathMode.CONTINUOUS) & (
         toolpath.tolerance >= LEAST_TOLERANCE
     )
-    return out & (toolpath.feed_mode != FeedMode.RAPID)
+    return out
 
 
 def classify(
@@ -91,9 +97,10 @@ def classify(
     parts = np.ones(count, bool)
     member = fits | idle
     parts[1:] = member[1:] != member[:-1]
-    moving = np.flatnonzero(fits)
+    moving, swift = np.flatnonzero(fits), rapid(toolpath)
     one, two = moving[:-1], moving[1:]
     met = np.einsum("ij,ij->i", leave[one, :3], entry[two, :3]) < SHARPEST
+    met |= swift[one] != swift[two]
     if chords is not None:
         narrow, near = (np.minimum(each[one], each[two]) for each in (toolpath.tolerance, length))
         met |= chords.unseen(narrow, norm(entry[two] - leave[one]), near)

@@ -135,7 +135,7 @@ def _alike(parts: Toolpath, length: Floats, two: Ints) -> Ints:
     same = np.abs(speed[1] - speed[0]) * shorter <= np.maximum(SAME * shorter, rounding) * speed[0]
     same &= (tolerance == parts.tolerance[one]) & (tolerance >= LEAST_TOLERANCE)
     same &= shorter > 0.0
-    same &= (parts.feed_mode[one] == parts.feed_mode[two]) & (parts.feed_mode[two] != FeedMode.RAPID)
+    same &= parts.feed_mode[one] == parts.feed_mode[two]
     for at in (one, two):
         same &= parts.path_mode[at] == PathMode.CONTINUOUS
     return two[same]

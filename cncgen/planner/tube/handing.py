@@ -224,7 +224,7 @@ class Hand:
         end = np.stack([np.interp(row_s[1:], s, column) for column in x.T], axis=1)
         toolpath = Toolpath(
             axes=template.axes, start=x[0], kind=np.full(n, Kind.LINE, np.int8), end=end, feed=program.column("feed")[own],
-            feed_mode=np.full(n, FeedMode.SPEED, np.int8), path_mode=np.full(n, PathMode.CONTINUOUS, np.int8),
+            feed_mode=np.where(program.column("rapid")[own], FeedMode.RAPID, FeedMode.SPEED).astype(np.int8), path_mode=np.full(n, PathMode.CONTINUOUS, np.int8),
             tolerance=program.column("tolerance")[own], curve=np.full(n, -1, np.int64), line=program.column("line")[own],
             source=program.column("source")[own].astype(np.int16), arcs=empty_arcs(), nurbs=empty_nurbs(len(template.axes)), events=(), sources=template.sources,
         )  # fmt: skip

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from cncgen.geometry.linearize import chords
 from cncgen.geometry.path import STANDSTILL, Path
 from cncgen.planner.limits.axis_limits import axis_scale
-from cncgen.planner.smoothing.runs import SHARPEST, loose, rests
+from cncgen.planner.smoothing.runs import SHARPEST, loose, rapid, rests
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -185,6 +185,7 @@ class Programmed:
             "length": length,
             "curved": toolpath.kind[rows] != Kind.LINE,
             "feed": feed,
+            "rapid": rapid(toolpath)[rows],
             "least": np.divide(length, feed, out=np.zeros(len(rows)), where=others & (feed > 0)),
             "free": within & (np.abs(path.per_feed[rows] - 1.0) < 1e-9) & (feed > 0),
             "exact": exact,
@@ -210,7 +211,11 @@ class Programmed:
         # The plan meets its places exactly: it is smoothed beside neither exact rows nor turns back.
         linear = np.einsum("ij,ij->i", leave[:, :3], entry[:, :3])
         long = np.minimum(before("length"), columns["length"]) > STANDSTILL
-        columns["met"] = columns["rest"] | columns["exact"] | before("exact") | (long & (linear < SHARPEST))
+        swift = columns["rapid"] != before("rapid")
+        stop |= swift
+        columns["met"] = (
+            columns["rest"] | columns["exact"] | before("exact") | swift | (long & (linear < SHARPEST))
+        )
         larger = np.maximum(np.abs(bend), np.abs(bent)).max(axis=1)
         joint = stop | (np.abs(entry - leave).max(axis=1) > _STRAIGHT)
         joint |= np.abs(bend - bent).max(axis=1) > _SAME_BEND * larger + 1e-9

@@ -128,7 +128,6 @@ def test_square_corners_and_rounded_corners() -> None:
     [
         {"path_mode": PathMode.EXACT_PATH},
         {"path_mode": PathMode.EXACT_STOP},
-        {"feed_mode": FeedMode.RAPID},
         {"tolerance": 0.0},
         {"tolerance": np.nan},
     ],
@@ -138,6 +137,20 @@ def test_what_must_be_met_exactly_passes_unchanged(columns: dict) -> None:
     result = smoothed(rows)
     np.testing.assert_array_equal(result.kind, rows.kind)
     np.testing.assert_array_equal(result.end, rows.end)
+
+
+def test_rapids_are_rounded_and_joints_of_rapids_and_feeds_are_met_exactly() -> None:
+    """Two rapids, two cuts and two rapids, at right angles: the second, third and fourth joint are within a run, or between two."""
+    ends = [[10, 0, 0], [10, 10, 0], [10, 10, -5], [20, 10, -5], [20, 10, 5], [0, 10, 5]]
+    swift = np.array([1, 1, 0, 0, 1, 1], bool)
+    modes = np.where(swift, FeedMode.RAPID, FeedMode.SPEED).astype(np.int8)
+    rows = toolpath([0, 0, 0], ends, feed=np.where(swift, 250.0, 50.0), feed_mode=modes)
+    result = smoothed(rows)
+    assert deviation(rows, result) <= rows.tolerance.max() * (1 + 1e-9)
+    away = distances(np.array(ends, float), path_of(result), samples(path_of(result)))
+    np.testing.assert_array_equal(away < 1e-9, [False, True, False, True, False, True])
+    first = np.flatnonzero(np.diff(result.feed_mode, prepend=-1))
+    assert result.feed_mode[first].tolist() == [FeedMode.RAPID, FeedMode.SPEED, FeedMode.RAPID]
 
 
 #: A curve that begins along X at (10, 0) and ends along Y at (15, 5), without curvature at both ends.

@@ -823,10 +823,41 @@ def test_runs_from_rest_to_rest_are_searched_before_their_turn(monkeypatch: pyte
     assert planned(text, mill)[0] == pytest.approx(time, rel=1e-4)
 
 
+@pytest.mark.parametrize("effort", ["fast", "best"])
+def test_rapids_are_rounded_as_feeds_at_the_velocity_of_the_axes(effort: str) -> None:
+    """Lines along single axes: the velocity of an axis is the speed. Under G61 the same rows rest in each corner."""
+    on, ways = machine(), ["Z20", "X20", "Z10", "X40", "Y15"]
+    times = [
+        planned(
+            "\n".join([f"G21 G90 G17 {mode} F{60 * V}", *(word + way for way in ways), "M2", ""]),
+            on,
+            effort=effort,
+        )
+        for mode, word in (("G64 P0.05", "G0 "), ("G64 P0.05", "G1 "), ("G61", "G0 "))
+    ]
+    assert not any(broken for _, broken in times)
+    rapid, feed, exact = (seconds for seconds, _ in times)
+    assert rapid == pytest.approx(feed, rel=1e-4)
+    assert rapid < 0.95 * exact
+
+
+@pytest.mark.parametrize("effort", ["fast", "best"])
+def test_cuts_begin_and_end_where_they_are_programmed_whatever_the_rapids_do(effort: str) -> None:
+    """Rapids to a hole and away from it are rounded by P, 0.2 mm; the hole is as deep as programmed, and straight."""
+    hole = "(START, Z20)\nG21 G90 G17 G64 P0.2 F300\nG0 X10\nG0 Z2\nG1 Z-6\nG0 Z20\nG0 X20\nM2\n"
+    plan = cncgen.plan(cncgen.read_text(hole), machine(), effort=effort)
+    chunk = cncgen.sample(plan, "line").collect()
+    x, z = (chunk.position[:, chunk.axes.index(letter)] for letter in "XZ")
+    assert z.min() == pytest.approx(-6.0, abs=1e-6)
+    cut = chunk.signals["line"] == 5
+    assert np.abs(x[cut] - 10.0).max() < 1e-9
+    assert np.hypot(x - 10.0, z - 20.0).min() > 0.05
+
+
 def test_holes_have_no_room_and_no_windows() -> None:
     """One line along one axis has no room (docs/tube.md). Where a run ends, the tangent is by rounding that of the rapid after it."""
-    holes = [f"G0 X{4 * (k % 100)} Y{4 * (k // 100)} Z2\nG1 Z-6\nG0 Z2" for k in range(120)]
-    text = "\n".join(["G21 G90 G17 G64 P0.01 F6000", *holes, "M2", ""])
+    holes = [f"G61 G0 X{4 * (k % 100)} Y{4 * (k // 100)} Z2\nG64 P0.01 G1 Z-6\nG61 G0 Z2" for k in range(120)]
+    text = "\n".join(["G21 G90 G17 F6000", *holes, "M2", ""])
     stream, summary = cncgen.plan_with_summary(cncgen.read_text(text), cncgen.load_machine("generic-mill"))
     stream.collect()
     assert "tolerance_windows" not in summary.as_json()
