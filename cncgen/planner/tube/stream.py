@@ -212,7 +212,7 @@ class Tube:
         held, final = (found, window.final) if better or tail is None else tail
         if not better and tail is None:
             held = None
-            self.hand.kept += free
+            self.hand.kept += free and found is None
         nodes = window.nodes
         until = float(nodes.t[final - 1])
         if held is None:

@@ -32,6 +32,8 @@ _LOST, _ASTRAY = 1.05, 100
 _LOCAL, _NARROWEST = 2, 0.1
 #: Part of the tolerance that is planned with by which a motion may be over it.
 PASSED = 0.004
+#: Part of limits, feeds and times of rows that a search is given, as what it finds is exact but for rounding.
+_WITHIN = 1.0 - 1e-6
 #: Times between nodes are at most so many times as long as usual beside those without a plane.
 _LONGEST = 1.5
 #: Rounds of a window, at most.
@@ -238,12 +240,11 @@ class Rounds:
         tangent /= np.maximum(np.sqrt((tangent**2).sum(axis=1)), 1e-300)[:, None]
         # The state at the end is given: it needs no room.
         rooms = slice(len(nodes.radius) - int(nodes.count[-1]))
-        feed = 0.9999 * np.append(nodes.feed[:1], nodes.feed)
-        margin = 1.0 - 1e-6
+        feed = _WITHIN * np.append(nodes.feed[:1], nodes.feed)
         return Problem(
-            velocity=margin * bounds.velocity[columns],
-            acceleration=margin * bounds.acceleration[columns],
-            jerk=margin * bounds.jerk[columns],
+            velocity=_WITHIN * bounds.velocity[columns],
+            acceleration=_WITHIN * bounds.acceleration[columns],
+            jerk=_WITHIN * bounds.jerk[columns],
             weight=(columns < 3).astype(float),
             point=point,
             tangent=tangent,
@@ -254,7 +255,7 @@ class Rounds:
             radius=self._radius[rooms],
             bow=nodes.chord[rooms] * bounds.period_s**2 / 8.0,
             feed=feed,
-            shortest=0.9999 * nodes.least,
+            shortest=_WITHIN * nodes.least,
             longest=self._longest(),
             between=np.where(self._held, np.maximum(feed[1:], feed[:-1]), np.inf),
             start=start[:, columns],
