@@ -338,7 +338,9 @@ def as_text(summary: dict[str, Any]) -> str:
     kept = summary.get("tolerance_windows_kept")
     if kept:
         windows = counted(summary["tolerance_windows"], "window")
-        lines.append(f"  the search found no motion in {kept} of {windows}: the plan along the path stands there")
+        lines.append(
+            f"  the search found no motion in {kept} of {windows}: the plan along the path stands there"
+        )
     places = 3 if summary["path_length_mm"] > 1.0 else 6
     lines.extend(_loss_text(place, summary["program"], places) for place in summary["slowest"][:3])
     return "\n".join(lines)

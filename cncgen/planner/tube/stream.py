@@ -242,7 +242,8 @@ class Tube:
     def _fastest(self, run: RowRun, window: Window) -> tuple[Solved | None, bool]:
         """Return a motion over a window, and whether it is faster than what is known; None where none is found.
 
-        Where the window is a run of its own, or as short as they get, others of its nodes are tried as well, which it has then.
+        Where the window is a run of its own, or as short as they get, others of its nodes are tried as well, which it has then; where nothing is
+        found, nodes twice as close: of a window cut in parts, each ends in a state of the plan. Among many local optima the parts are better.
         """
         nodes, tail = window.nodes, run.tail
         count, whole = len(nodes), window.whole
@@ -259,13 +260,15 @@ class Tube:
                 again = self.runs.nodes_again(
                     run, window.nodes, whole, replace(self.runs.scales, part=part, close=near)
                 )
-                window.nodes, window.final = again, len(again)
+                window.nodes = again
+                window.final = len(again) if whole or count <= _SMALLEST else self._final(again)
                 self.search.forget()
             found = self.search.solved(window, partial(self._following, run))
             if found is not None:
                 took = float(found.step.sum()) + self.hand.standing(run.t, found)
                 better = took < (1.0 - _LESS) * before
-            if tail is not None or better or not (alone if found is not None else count <= _SMALLEST):
+            short = count <= _SMALLEST or (not number and not window.tangled)
+            if tail is not None or better or not (alone if found is not None else short):
                 break
         return found, better
 
