@@ -260,10 +260,13 @@ class Tube:
                 again = self.runs.nodes_again(
                     run, window.nodes, whole, replace(self.runs.scales, part=part, close=near)
                 )
-                window.nodes = again
-                window.final = len(again) if whole or count <= _SMALLEST else self._final(again)
+                # What is known behind the final nodes of a window is counted by the run's own nodes, so all of these are final.
+                window.nodes, window.final = again, len(again)
                 self.search.forget()
-            found = self.search.solved(window, partial(self._following, run))
+            # The windows after this one are of the run's own nodes.
+            found = self.search.solved(
+                window, partial(self._following, run) if window.nodes is nodes else None
+            )
             if found is not None:
                 took = float(found.step.sum()) + self.hand.standing(run.t, found)
                 better = took < (1.0 - _LESS) * before
@@ -302,7 +305,7 @@ class Tube:
                 f"the search for a faster way within the tolerance ends here, after about {1e-5 * self.search.units:.0f} s of computing",
                 Severity.WARNING,
                 Span(source, int(line[0])),
-                hint="the rest is planned as by --effort fast; --max-steps sets the bound",
+                hint="the rest is planned along the path, much as by --effort fast; --max-steps sets the bound",
             )
         )
         return False

@@ -12,8 +12,8 @@ from cncgen.planner.tube.window_problem import Solved
 
 Floats = NDArray[np.float64]
 
-#: Part by which a velocity may be over its limit between nodes, and an acceleration or jerk at all.
-_OVER, _ROUNDED = 5e-5, 1e-6
+#: Parts by which velocity and feed may be over their limits between nodes, and an acceleration or jerk at all.
+_OVER, _FASTER, _ROUNDED = 5e-5, 1.5e-4, 1e-6
 #: Part of the limits of jerk and acceleration that steps at a node may make of a difference of setpoints.
 _STEPS = 2e-4
 #: Phases of setpoints that are looked at over the ends of a motion, and the part of a limit that they may reach.
@@ -24,7 +24,7 @@ def too_fast(found: Solved, velocity: Floats, feed: Floats, linear: int) -> NDAr
     """Tell on which intervals an axis is over its velocity, shape (n,), or its first `linear` ones over the feed, shape (k,); the answer has
     shape (k,)."""
     out = np.empty(len(found.step), np.int8)
-    most, allowed = ((1.0 + _OVER) * each for each in (velocity, feed))
+    most, allowed = (1.0 + _OVER) * velocity, (1.0 + _FASTER) * feed
     tube_motion.too_fast(
         found.velocity, found.acceleration, found.jerk, found.step, most, allowed, linear, out
     )

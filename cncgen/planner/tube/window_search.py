@@ -71,12 +71,12 @@ class WindowSearch:
         """End its thread."""
         self.pool.shutdown(cancel_futures=True)
 
-    def solved(self, window: Window, following: Following) -> Solved | None:
+    def solved(self, window: Window, following: Following | None) -> Solved | None:
         """Return a motion within all limits and the tolerance, or None where none is found.
 
         Args:
             window: The window.
-            following: The source of the windows after it, whose search then begins.
+            following: The source of the windows after it, whose search then begins; None for none.
         """
         before, found = self.units, None
         self.share = before + _SHARE * (self.bound - before)

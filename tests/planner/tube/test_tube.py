@@ -21,6 +21,7 @@ from cncgen.planner.tube.window_judge import holds, too_fast
 from cncgen.planner.tube.window_problem import Guess, Problem, Search, Solved
 from cncgen.planner.tube.window_rounds import Rounds
 from cncgen.planner.tube.window_search import WindowSearch
+from cncgen.units import DEGREE
 
 ROOT = Path(__file__).resolve().parents[3]
 Floats = NDArray[np.float64]
@@ -330,6 +331,49 @@ def test_a_helix_of_three_circles_takes_as_long_backwards() -> None:
     assert not one_broken
     assert not other_broken
     assert one == pytest.approx(other, rel=5e-3)
+
+
+def test_closer_nodes_amid_a_run_leave_its_other_windows() -> None:
+    """The windows searched ahead were counted by the closer nodes of the one before them: an IndexError."""
+    rows = [
+        "G2 X0 Y0 Z-3 I-0.513118 J-0",
+        "G2 X0 Y0 Z-6 I-0.513118 J-0",
+        "G1 X1 Y0 Z-6 A-1",
+        "G2 X-0.5995127060267027 Y-0.8456298345962399 Z-6 I-1.02329 J-0",
+        "G2 X-2.1990254120534054 Y-1.6912596691924797 Z-6 I-1.02329 J-0",
+        "G1 X-2.209025412053405 Y-1.6912596691924797 Z-6 A-1",
+        "G1 X-2.209025412053405 Y-1.6912595691924797 Z-5.99999997 A4.49578",
+        "G1 X-3.8693227159662866 Y-5.871093185823603 Z-5.99999997 A4.49578",
+        "G1 X-3.084087645206339 Y-0.8029528547210179 Z-4.46141697 A4.49578",
+        "G2 X-3.084087645206339 Y-0.8029528547210179 Z-4.46141697 I0.133033 J0",
+    ]
+    text = "\n".join(["G21 G17 G90 G93 G64 P0.01", *(row + " F3.16228" for row in rows), "M2", ""])
+    fast, slow = (21.6684, 316.228, 32835.1), (6.50052, 94.8684, 9850.53)
+    axes = {"X": Axis("X", *fast), "Y": Axis("Y", *slow), "Z": Axis("Z", *fast)}
+    axes["A"] = Axis("A", *(DEGREE * each for each in slow))
+    on = replace(machine(), axes=axes)
+    seconds, broken = planned(text, on)
+    assert not broken
+    assert seconds < planned(text, on, effort="fast")[0]
+
+
+@pytest.mark.parametrize("feed", ["G94", "G93"])
+def test_five_axes_at_their_feed_take_no_longer_than_along_the_path(feed: str) -> None:
+    """The speed and the times of rows bind together; windows had no solution, and the plan had few nodes: 1.3 % longer."""
+    place = np.zeros(3)
+    rows = []
+    for i in range(600):
+        step = [0.5 * np.cos(i / 30.0), 0.5 * np.sin(i / 20.0), 0.1 * np.sin(i / 7.0)]
+        place = place + step
+        x, y, z = place
+        a, b = 30.0 * np.sin(i / 50.0), 40.0 * np.cos(i / 35.0)
+        f = 3000.0 / (np.linalg.norm(step) if feed == "G93" else 1.0)
+        rows.append(f"G1 X{x:.3f} Y{y:.3f} Z{z:.3f} A{a:.3f} B{b:.3f} F{f:.3f}")
+    text = "\n".join([f"(START, X0.5 B40)\nG21 G17 G90 G64 P0.01 {feed}", *rows, "M2", ""])
+    on = cncgen.load_machine("generic-mill")
+    best, broken = planned(text, on)
+    assert not broken
+    assert best < planned(text, on, effort="fast")[0]
 
 
 def test_lines_of_a_hundredth_between_larger_ones_are_passed_within_the_tolerance() -> None:
