@@ -637,6 +637,18 @@ def check_distinct(
         taken[place] = f"what {option} writes"
 
 
+def check_writable(path: str | os.PathLike[str]) -> None:
+    """Raise `UsageError` where a file could not be written now, before the work that it is for.
+
+    Of devices and pipes nothing is asked: to open one is to begin with it.
+    """
+    with suppress(OSError, ValueError):
+        mode = os.stat(path).st_mode
+        if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+            return
+    OutputFile(path).discard()
+
+
 def open_in_browser(page: str) -> tuple[str, bool]:
     """Write a page to a temporary file and open it in the browser; return its name, and whether a browser was started."""
     import tempfile

@@ -116,10 +116,12 @@ def _strategies(
     reference: WantedMotion | None,
 ) -> tuple[str, dict[str, Any]]:
     from cncgen.pipeline import driven_axes
+    from cncgen.planner.options import INTERPOLATORS
     from cncgen.planner.strategies import available
     from cncgen.report.comparing import interpolator_table, strategy_table, strategy_values
-    from cncgen.report.comparison import compare_interpolators, compare_strategies
+    from cncgen.report.comparison import check_names, compare_interpolators, compare_strategies
 
+    check_names("interpolator", interpolators or (), INTERPOLATORS)
     axes = driven_axes(program, machine)
     figures = compare_strategies(toolpaths, machine, options, feedrates, axes, reference)
     names = interpolators or list(dict.fromkeys(("arclength", "taylor1", "taylor2", options.interpolator)))
@@ -151,10 +153,12 @@ def _controllers(
     from cncgen.pipeline import driven_axes
     from cncgen.planner import plan
     from cncgen.report.comparing import compare_controllers, controller_table
-    from cncgen.servo.named_schemes import settings_of
+    from cncgen.servo.named_schemes import scheme_maker, settings_of
     from cncgen.servo.wanted_motion import programmed_path, reference_of
     from cncgen.setpoints import sample
 
+    for name in names:
+        scheme_maker(name, {})  # the names, before the plan
     settings = settings_of(load_coupling(source))
     setpoints = list(sample(plan(toolpaths, machine, options), machine, axes=driven_axes(program, machine)))
     wanted = reference

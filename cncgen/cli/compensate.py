@@ -135,8 +135,11 @@ def command(
     most of those machines follow worse, nothing is written (exit 3). It may begin before the motion, and end after it.
     """
     from cncgen.cli.reading import is_setpoint_file, perturbation_of
+    from cncgen.cli.writing import setpoint_format
     from cncgen.report.compensated import gain_lines
 
+    setpoint_format(output, format)
+    setpoint_format(wanted, None)
     if (shaper is None) != (modes is None):
         raise click.UsageError("--shaper and --modes go together")
     if shaper is not None and wanted is not None:

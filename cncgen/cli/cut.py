@@ -40,14 +40,20 @@ def command(
     feature demands its removal. Exit 1 if a motion is wrong. Positions are those of the tools' tips.
     """
     import json
+    from pathlib import Path
 
     from cncgen.cli.reading import read_options
     from cncgen.diagnostics import Diagnostics, json_values
     from cncgen.files import write_text
     from cncgen.pipeline import machine_of
     from cncgen.pipeline.removing import cut
+    from cncgen.report.drawing import check_format
     from cncgen.report.removed import as_text, figure
 
+    if output and Path(output).suffix.lower() not in ("", ".stl"):
+        raise click.UsageError(f"--output {output}: the stock is written as .stl; --picture draws it.")
+    if picture:
+        check_format(picture)
     language, options = read_options(reading, machine=machine)
     said = Diagnostics()
     removal = cut(

@@ -93,14 +93,17 @@ _INPUTS = {
     "tool_table": "the tool table",
     "parameters": "the parameter file",
 }
-_OUTPUTS = ("output", "summary", "events", "report", "save_parameters", "fmu", "wanted")
+_OUTPUTS = ("output", "picture", "summary", "events", "report", "save_parameters", "fmu", "wanted")
+#: Those that may name folders, which their commands check.
+_FOLDERS = (("plot", "--output"), ("run", "--output"))
 #: Those of them of which ``-`` means standard output, and commands that print nothing there by themselves.
 _TO_STANDARD_OUTPUT = ("events", "report", "save_parameters")
 _SILENT = ("check", "verify")
 
 
 def check_outputs(command: str, values: dict[str, Any]) -> None:
-    """Refuse options of a command that would overwrite what it reads, or each other's file, or mix on standard output.
+    """Refuse options of a command that would overwrite what it reads, or each other's file, or mix on standard output, and
+    files that cannot be written.
 
     `--save-parameters` alone may name what it replaces, the file of `--parameters`.
 
@@ -109,9 +112,9 @@ def check_outputs(command: str, values: dict[str, Any]) -> None:
         values: Its parameters by name.
 
     Raises:
-        UsageError: Naming the two.
+        UsageError: Naming the two, or the file.
     """
-    from cncgen.files import STANDARD, check_distinct, is_terminal
+    from cncgen.files import STANDARD, check_distinct, check_writable, is_terminal
 
     read = []
     for key, what in _INPUTS.items():
@@ -125,6 +128,9 @@ def check_outputs(command: str, values: dict[str, Any]) -> None:
         mixed.append("what the command writes")
     if len(mixed) > 1:
         raise click.UsageError(f"{' and '.join(mixed)} cannot both go to standard output.")
+    for option, path in written.items():
+        if path not in (None, STANDARD) and (command, option) not in _FOLDERS:
+            check_writable(path)
 
 
 def _checked(function: Command) -> Command:

@@ -64,13 +64,14 @@ def command(
     servo data, simulated; setpoints are simulated with --axis-params; a response file is drawn directly. With --reference the errors
     are those against the wanted path and plan.
     """
-    from cncgen.report.plots import available, draw
+    from cncgen.report.plots import available, check_target, draw
 
+    asked = None if kinds is None else [name.strip() for name in kinds.split(",") if name.strip()]
+    check_target(asked, output)
     given = (format, axes, period)
     data = None if reference else _response_file(source, machine)
     data = data or _planned_or_read(source, machine, planning, given, reading, reference)
-    names = [name.strip() for name in kinds.split(",") if name.strip()] if kinds else available(data)
-    for file in draw(data, names, output):
+    for file in draw(data, asked or available(data), output):
         messages.note(file)
 
 

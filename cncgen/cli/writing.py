@@ -17,13 +17,15 @@ def setpoint_format(output: str | None, asked: str | None) -> str:
     """Return the format that setpoints are written in: the requested one, else that of the suffix, else csv.
 
     Raises:
-        UsageError: Binary output would go to a terminal, which is named as the output.
+        UsageError: Binary output would go to a terminal, which is named as the output; the format needs a package that is missing.
     """
     from cncgen.diagnostics import Diagnostic, UsageError
     from cncgen.files import STANDARD, is_terminal
+    from cncgen.setpoints.packages import check_installed
     from cncgen.setpoints.writers import format_of
 
     kind = format_of(output, asked)
+    check_installed(kind)
     if output == STANDARD and is_terminal(sys.stdout) and is_binary(kind):
         raise UsageError(
             Diagnostic("binary-to-terminal", f"{kind} is binary and is not written to a terminal")

@@ -250,6 +250,7 @@ def report_page(
         UsageError, ProgramError, NoPlanError: As `plan`; of `shown_part` as `cncgen.pipeline.removing.cut`. There is a reference,
             and axes lack servo data (``servo-missing``).
     """
+    from cncgen.planner.strategies import strategy
     from cncgen.report.page import html
 
     where = machine_of(machine)
@@ -259,11 +260,21 @@ def report_page(
         [compare] if isinstance(compare, str) else expect(compare, Iterable, "compare", "plans, in a list")
     )
     others = [variant_of(each, options) if isinstance(each, str) else each for each in given]
+    variants: list[tuple[Variant, Machine]] = []
     for each in (Variant(where.name), *others):
-        variant: Variant = expect(each, Variant, "what is compared", "a text as of --compare, or a Variant")
-        there = where if variant.machine is None else machine_of(variant.machine)
-        if variant.setpoints is not None:
-            parts.append(_read(variant.setpoints, program, there, variant.label))
+        variant = expect(each, Variant, "what is compared", "a text as of --compare, or a Variant")
+        variants.append((variant, where if variant.machine is None else machine_of(variant.machine)))
+        if variant.options is not None:
+            variant.options.check()
+            strategy(variant.options.feedrate)
+    setpoints = {
+        k: _read(v.setpoints, program, m, v.label)
+        for k, (v, m) in enumerate(variants)
+        if v.setpoints is not None
+    }
+    for k, (variant, there) in enumerate(variants):
+        if k in setpoints:
+            parts.append(setpoints[k])
             continue
         how, wanted = variant.options or options, None if parts else reference
         part, said = _recorded(program, there, how, variant.label, (language, reading), wanted)

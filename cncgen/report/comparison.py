@@ -136,7 +136,7 @@ def compare_strategies(
     Raises:
         UsageError: A strategy is unknown.
     """
-    _check_names("feedrate", names or (), available())
+    check_names("feedrate", names or (), available())
     chosen = names or [n for n in ("adaptive", "curvature", "ild", "optimal") if n in available()]
     moved = axes or moving_axes(toolpaths)
     figures = []
@@ -149,7 +149,7 @@ def compare_strategies(
     return figures
 
 
-def _check_names(what: str, names: Sequence[str], known: Sequence[str]) -> None:
+def check_names(what: str, names: Sequence[str], known: Sequence[str]) -> None:
     """Raise `UsageError` that names every one of the names that is not known."""
     faults = [
         Diagnostic("option-value", f"{what} = {name!r} is not one of {', '.join(known)}")
@@ -285,7 +285,7 @@ def compare_interpolators(
     Raises:
         UsageError: An interpolator is unknown.
     """
-    _check_names("interpolator", names, INTERPOLATORS)
+    check_names("interpolator", names, INTERPOLATORS)
     exact = replace(options, interpolator="arclength")
     # Interpolators follow a path that is given, so the plan is one of the speed along it.
     along = replace(options, interpolator="uniform")

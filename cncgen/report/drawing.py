@@ -93,36 +93,48 @@ def new_figure(
     return figure, parts
 
 
+def check_format(path: str | Path) -> None:
+    """Raise `UsageError` (``plot-format``) unless a picture can be written in the format of a file's suffix."""
+    if Path(path).suffix.lower() not in FORMATS:
+        raise UsageError(Diagnostic("plot-format", f"{path}: pictures are written as {', '.join(FORMATS)}"))
+
+
 def save(figure: Figure, path: str | Path) -> None:
     """Write a figure whole or not at all, in the format of its suffix: PNG, SVG or PDF.
 
     Raises:
         UsageError: Another suffix (``plot-format``), or the file cannot be written.
     """
-    suffix = Path(path).suffix.lower()
-    if suffix not in FORMATS:
-        raise UsageError(Diagnostic("plot-format", f"{path}: pictures are written as {', '.join(FORMATS)}"))
+    check_format(path)
     picture = io.BytesIO()
-    figure.savefig(picture, format=suffix[1:], dpi=130)
+    figure.savefig(picture, format=Path(path).suffix.lower()[1:], dpi=130)
     with open_output(path) as sink:
         sink.write(picture.getvalue())
+
+
+def check_folder(path: str | Path) -> None:
+    """Refuse a name that is no folder's.
+
+    Raises:
+        UsageError: It is that of a file in a format that is not written (``plot-format``), or of a file that exists.
+    """
+    target = Path(path)
+    if target.suffix.lower() in _OTHER_FORMATS:
+        raise UsageError(Diagnostic("plot-format", f"{path}: pictures are written as {', '.join(FORMATS)}"))
+    if os.path.exists(target) and not os.path.isdir(target):
+        raise UsageError(Diagnostic("file-write", f"cannot write pictures into {path}: it is a file"))
 
 
 def folder(path: str | Path) -> Path:
     """Return a folder for pictures, made where it is missing.
 
     Raises:
-        UsageError: The name is that of a file in a format that is not written (``plot-format``), or it cannot be made.
+        UsageError: As `check_folder`, or it cannot be made.
     """
+    check_folder(path)
     target = Path(path)
-    if target.suffix.lower() in _OTHER_FORMATS:
-        raise UsageError(Diagnostic("plot-format", f"{path}: pictures are written as {', '.join(FORMATS)}"))
     try:
         target.mkdir(parents=True, exist_ok=True)
-    except FileExistsError:
-        raise UsageError(
-            Diagnostic("file-write", f"cannot write pictures into {path}: it is a file")
-        ) from None
     except OSError as error:
         raise file_fault(path, "write", error) from error
     return target

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.files import check_writable
 from cncgen.report.drawing import (
     BLUE,
     FORMATS,
@@ -17,6 +18,7 @@ from cncgen.report.drawing import (
     ORANGE,
     RED,
     bound,
+    check_folder,
     folder,
     legend,
     line,
@@ -226,29 +228,36 @@ def available(data: PlotData) -> list[str]:
     return [name for name, holds in possible.items() if holds]
 
 
+def check_target(kinds: Sequence[str] | None, output: str) -> None:
+    """Refuse what `draw` could not write; without `kinds` it draws all that the data allow, which are several.
+
+    Raises:
+        UsageError: A kind is unknown, or `output` is one file for several (``plot-kind``); it cannot be written; it is a file in
+            a format that is not written (``plot-format``), or in the place of a folder.
+    """
+    unknown = [kind for kind in kinds or () if kind not in KINDS]
+    if unknown:
+        message = f"no picture is called {', '.join(unknown)}; there are {', '.join(KINDS)}"
+        raise UsageError(Diagnostic("plot-kind", message))
+    target = Path(output)
+    if target.suffix.lower() not in FORMATS:
+        check_folder(target)
+    elif kinds is None or len(kinds) != 1:
+        hint = f"name a folder, or one of them: --kinds {kinds[0] if kinds else 'path'}"
+        raise UsageError(Diagnostic("plot-kind", f"{output} is one file for several pictures", hint=hint))
+    else:
+        check_writable(target)
+
+
 def draw(data: PlotData, kinds: Sequence[str], output: str) -> list[str]:
     """Draw pictures: one to the file `output`, or each to ``<output>/<kind>.png``; return the files.
 
     Raises:
-        UsageError: A kind is unknown (``plot-kind``) or needs what the data lack; see `drawing.folder` and `save`.
+        UsageError: As `check_target`; a kind needs what the data lack (``plot-kind``).
     """
-    unknown = [kind for kind in kinds if kind not in KINDS]
-    if unknown:
-        raise UsageError(
-            Diagnostic(
-                "plot-kind", f"no picture is called {', '.join(unknown)}; there are {', '.join(KINDS)}"
-            )
-        )
+    check_target(kinds, output)
     target = Path(output)
     if target.suffix.lower() in FORMATS:
-        if len(kinds) != 1:
-            raise UsageError(
-                Diagnostic(
-                    "plot-kind",
-                    f"{output} is one file for {len(kinds)} pictures",
-                    hint=f"name a folder, or one of them: --kinds {kinds[0]}",
-                )
-            )
         save(KINDS[kinds[0]](data), target)
         return [output]
     files = []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import importlib
+import importlib.util
 import os
 from types import ModuleType
 
@@ -24,12 +24,22 @@ def needed(kind: str, module: str = "") -> ModuleType:
     Raises:
         UsageError: It is missing.
     """
-    package, extra = NEEDED[kind]
+    package = NEEDED[kind][0]
     # Arrow's own allocators take a GiB of address space at once, which counts against `--max-memory`.
     os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")
     try:
         return importlib.import_module(module or package)
     except ImportError as error:
-        hint = f"pip install 'cncgen[{extra}]'"
-        message = f"format {kind} needs {package}"
-        raise UsageError(Diagnostic("missing-package", message, hint=hint)) from error
+        raise _missing(kind) from error
+
+
+def check_installed(kind: str) -> None:
+    """Raise `UsageError` where the package that a format needs is missing; it is not imported."""
+    if kind in NEEDED and importlib.util.find_spec(NEEDED[kind][0]) is None:
+        raise _missing(kind)
+
+
+def _missing(kind: str) -> UsageError:
+    package, extra = NEEDED[kind]
+    message = f"format {kind} needs {package}"
+    return UsageError(Diagnostic("missing-package", message, hint=f"pip install 'cncgen[{extra}]'"))

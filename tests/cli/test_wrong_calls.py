@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+import sys
 from pathlib import Path
 
 import pytest
@@ -154,6 +155,71 @@ def test_wrong_calls(
     assert "Traceback" not in said.err
     assert said.out == ""
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        ("plan nope.nc -o none/a.csv", "cannot write none/a.csv: its directory does not exist"),
+        ("plan nope.nc -o a.csv --events none/e", "cannot write none/e"),
+        ("plan nope.nc -o a.parquet", "format parquet needs pyarrow"),
+        ("compensate nope.nc -m xy-table -o none/a.csv", "cannot write none/a.csv"),
+        ("compensate nope.nc -m xy-table -o a.xyz", "no format of setpoints has the suffix .xyz"),
+        ("compensate nope.nc -m xy-table -o a.csv --wanted a.parquet", "format parquet needs pyarrow"),
+        ("report nope.nc -o none/a.html", "cannot write none/a.html"),
+        ("tune nope.nc -o .", "cannot write .: it is a directory"),
+        ("plot nope.nc -o a.png", "a.png is one file for several pictures"),
+        ("plot nope.nc -o part.nc", "cannot write pictures into part.nc: it is a file"),
+        ("plot nope.nc -o none/a.png --kinds path", "cannot write none/a.png"),
+        ("plot nope.nc -o a --kinds foo", "no picture is called foo"),
+        ("cut nope.nc --picture a.xyz", "pictures are written as .png"),
+        ("cut nope.nc --picture none/a.png", "cannot write none/a.png"),
+        ("cut nope.nc -o a.png", "the stock is written as .stl"),
+    ],
+)
+def test_outputs_are_judged_before_anything_is_read(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, call: str, told: str
+) -> None:
+    """They were named after minutes of work; that there is no such program would be the first thing to read."""
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    before = sorted(folder.iterdir())
+    assert run(call.split()) == 2
+    assert told in capsys.readouterr().err
+    assert sorted(folder.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("call", "work", "told"),
+    [
+        (
+            "report part.nc --compare feedrate=foo",
+            "cncgen.pipeline.reporting._recorded",
+            "'foo' is not one of",
+        ),
+        ("report part.nc --compare nope.toml", "cncgen.pipeline.reporting._recorded", "nope.toml"),
+        ("report part.nc --compare nope.csv", "cncgen.pipeline.reporting._recorded", "cannot read nope.csv"),
+        (
+            "compare part.nc --interpolators a",
+            "cncgen.report.comparison.compare_strategies",
+            "'a' is not one of",
+        ),
+        ("compare part.nc --controllers p,foo", "cncgen.planner.plan", "no controller is called 'foo'"),
+    ],
+)
+def test_names_are_judged_before_the_work(
+    folder: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    call: str,
+    work: str,
+    told: str,
+) -> None:
+    def begun(*_: object, **__: object) -> None:
+        raise AssertionError("the work has begun")
+
+    monkeypatch.setattr(work, begun)
+    assert run([*call.split(), "-o", "a.html"]) == 2
+    assert told in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
