@@ -45,8 +45,6 @@ def shares_text(figure: str, method: str, count: int, explained: float, shares: 
     order = sorted(shares, key=lambda share: -share.total if np.isfinite(share.total) else np.inf)
     told = "" if explained >= 1.0 else f", which predicts {100 * explained:.4g} % of the variance"
     head = f"{figure}: shares of the variance ({method} on {counted(count, 'row')}{told})\n"
-    if not any(np.isfinite(share.total) for share in shares):
-        return f"{figure}: it does not vary, or there are too few rows for sensitivities\n"
     if explained <= 0.0:
         return f"{figure}: an {method} on {counted(count, 'row')} predicts none of its variance: draw more points\n"
     cells = [[share.column, _share(share.first), _share(share.total)] for share in order]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from cncgen.arguments import wrong
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import open_output
-from cncgen.report.swept import Share, rows_text, shares_text, swept_figure
+from cncgen.report.swept import Cell, Share, rows_text, shares_text, swept_figure
 from cncgen.report.tables import counted
 from cncgen.sweep.ranking import column_of, pareto_front, ranked, rows_by_program, sensitivities_of
 from cncgen.sweep.results import FIRST, LAST, ResultsFolder, needed_pyarrow
@@ -173,10 +173,27 @@ def _text(
             parts.append(head + rows_text(columns, fronts[program], shown))
     for (program, machine), group in found.items():
         parts.append(f"{program} on {machine}\n")
-        parts += [shares_text(one.figure, one.method, one.rows, one.explained, _shares(one)) for one in group]
+        known = [one for one in group if any(np.isfinite(share.total) for share in one.shares)]
+        parts += [shares_text(one.figure, one.method, one.rows, one.explained, _shares(one)) for one in known]
+        parts += _without_shares([one.figure for one in group if one not in known], columns, program, machine)
     if failed:
         parts.append(_failures(columns))
     return "\n".join(parts)
+
+
+def _without_shares(
+    figures: Sequence[str], columns: Mapping[str, Sequence[Cell]], program: str, machine: str
+) -> list[str]:
+    """Return a line for all figures of one value, and one for those of too few rows."""
+    own = [
+        k
+        for k, of in enumerate(zip(columns["program"], columns["machine"], strict=True))
+        if of == (program, machine)
+    ]
+    alike = [name for name in figures if len({columns[name][k] for k in own} - {None}) < 2]
+    few = [name for name in figures if name not in alike]
+    lines = (("the same in all rows", alike), ("too few rows for sensitivities", few))
+    return [f"{told}: {', '.join(names)}\n" for told, names in lines if names]
 
 
 def _failures(columns: dict[str, list[Any]]) -> str:

@@ -286,6 +286,28 @@ def test_a_part_that_was_damaged_is_named(folder: Path) -> None:
     assert run_sweep(sweep, "R", Here(sweep)).done == 8
 
 
+def test_figures_without_sensitivities_share_a_line(
+    folder: Path, with_sweep: Callable[[str], Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """No drive saturates and nothing dwells here, whatever is drawn; two rows are too few for an expansion."""
+    named = (
+        (folder / "sweep.toml")
+        .read_text()
+        .replace('"setpoints_to_path_mm"', '"saturated_samples", "dwell_time_s"')
+    )
+    with_sweep(named)
+    sweep = load_sweep("sweep.toml")
+    run_sweep(sweep, "R", Here(sweep))
+    assert run(["sweep", "show", "R"]) == 0
+    said = capsys.readouterr().out
+    assert said.endswith("\nthe same in all rows: saturated_samples, dwell_time_s\n")
+    with_sweep(named.replace("points = 8", "points = 2"))
+    sweep = load_sweep("sweep.toml")
+    run_sweep(sweep, "two", Here(sweep))
+    assert run(["sweep", "show", "two"]) == 0
+    assert "too few rows for sensitivities: cycle_time_s, contour_error_max_mm\n" in capsys.readouterr().out
+
+
 def test_show_ranks_and_writes_the_table(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     sweep = load_sweep("sweep.toml")
     run_sweep(sweep, "R", Here(sweep))
