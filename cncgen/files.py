@@ -103,18 +103,36 @@ def _no_name(error: ValueError) -> str:
     raise error
 
 
+#: Contents of pipes among the process's descriptors, by their numbers (``-m <(cncgen machines show xy-table)``). A pipe gives
+#: its content once, and some files are read twice.
+_piped: dict[int, bytes] = {}
+
+
+def _pipe_of(name: str) -> int:
+    """Return the number of the pipe that a name such as ``/dev/fd/63`` stands for, 0 of anything else."""
+    if name.startswith(("/dev/fd/", _DESCRIPTORS)):
+        with suppress(OSError):
+            found = os.stat(name)
+            return found.st_ino if stat.S_ISFIFO(found.st_mode) else 0
+    return 0
+
+
 def read_bytes(path: str | os.PathLike[str], *, at_most: int | None = None) -> bytes:
     """Return the content of a file, or of standard input for ``-``.
 
     Raises:
         UsageError: It cannot be read, or holds more than `at_most` bytes.
     """
+    name = os.fspath(path)
+    pipe = _pipe_of(name)
+    if pipe in _piped:
+        return _piped[pipe]
     with open_input(path) as file, reading_faults(path):
         content = file.read() if at_most is None else b"".join(_pieces(file, at_most + 1))
     if at_most is not None and len(content) > at_most:
-        raise UsageError(
-            Diagnostic("file-read", f"cannot read {os.fspath(path)}: it is larger than {at_most} bytes")
-        )
+        raise UsageError(Diagnostic("file-read", f"cannot read {name}: it is larger than {at_most} bytes"))
+    if pipe:
+        _piped[pipe] = content
     return content
 
 

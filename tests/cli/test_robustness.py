@@ -551,6 +551,22 @@ def test_parameters_are_kept_of_a_run_that_goes_well(in_folder: Path) -> None:
     assert "5221\t0.000000" in (in_folder / "out.var").read_text()
 
 
+def test_a_machine_and_servo_data_from_pipes(in_folder: Path) -> None:
+    """As ``-m <(cncgen machines show xy-table)`` of a shell hands them over; the machine's file is read more than once."""
+    content = (Path(files.__file__).parent / "machine" / "profiles" / "xy-table.toml").read_bytes()
+    names = []
+    for _ in range(2):
+        reader, writer = os.pipe()
+        os.write(writer, content)
+        os.close(writer)
+        names.append(f"/dev/fd/{reader}")
+    assert app.run(["plan", "small.nc", "-m", "xy-table", "-o", "of-file.csv"]) == 0
+    assert app.run(["plan", "small.nc", "-m", names[0], "--axis-params", names[1], "-o", "of-pipe.csv"]) == 0
+    assert (in_folder / "of-pipe.csv").read_bytes() == (in_folder / "of-file.csv").read_bytes()
+    for name in names:
+        os.close(int(name.rpartition("/")[2]))
+
+
 @pytest.mark.parametrize(
     ("command", "words"),
     [
