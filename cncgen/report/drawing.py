@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import io
 import logging
 import os
@@ -70,8 +71,7 @@ def new_figure(
     try:
         from matplotlib.figure import Figure
     except ImportError as error:
-        hint = "install it: pip install 'cncgen[plot]'"
-        raise UsageError(Diagnostic("plot-missing", "pictures need matplotlib", hint=hint)) from error
+        raise _missing() from error
     except ValueError as error:
         message = f"matplotlib refuses its settings: {str(error).partition(';')[0]}"
         hint = "look at MPLBACKEND in the environment, and at matplotlibrc"
@@ -93,8 +93,20 @@ def new_figure(
     return figure, parts
 
 
+def check_installed() -> None:
+    """Raise `UsageError` (``plot-missing``) where there is no matplotlib; it is not imported."""
+    if importlib.util.find_spec("matplotlib") is None:
+        raise _missing()
+
+
+def _missing() -> UsageError:
+    hint = "install it: pip install 'cncgen[plot]'"
+    return UsageError(Diagnostic("plot-missing", "pictures need matplotlib", hint=hint))
+
+
 def check_format(path: str | Path) -> None:
-    """Raise `UsageError` (``plot-format``) unless a picture can be written in the format of a file's suffix."""
+    """Raise `UsageError` unless a picture can be written in the format of a file's suffix (``plot-format``), by an installed matplotlib."""
+    check_installed()
     if Path(path).suffix.lower() not in FORMATS:
         raise UsageError(Diagnostic("plot-format", f"{path}: pictures are written as {', '.join(FORMATS)}"))
 

@@ -19,6 +19,7 @@ from cncgen.report.drawing import (
     RED,
     bound,
     check_folder,
+    check_installed,
     folder,
     legend,
     line,
@@ -239,6 +240,7 @@ def check_target(kinds: Sequence[str] | None, output: str) -> None:
     if unknown:
         message = f"no picture is called {', '.join(unknown)}; there are {', '.join(KINDS)}"
         raise UsageError(Diagnostic("plot-kind", message))
+    check_installed()
     target = Path(output)
     if target.suffix.lower() not in FORMATS:
         check_folder(target)

@@ -173,6 +173,8 @@ def test_wrong_calls(
         ("plot nope.nc -o none/a.png --kinds path", "cannot write none/a.png"),
         ("plot nope.nc -o a --kinds foo", "no picture is called foo"),
         ("cut nope.nc --picture a.xyz", "pictures are written as .png"),
+        ("plot nope.nc -o a", "pictures need matplotlib"),
+        ("cut nope.nc --picture a.svg", "pictures need matplotlib"),
         ("cut nope.nc --picture none/a.png", "cannot write none/a.png"),
         ("cut nope.nc -o a.png", "the stock is written as .stl"),
     ],
@@ -182,6 +184,8 @@ def test_outputs_are_judged_before_anything_is_read(
 ) -> None:
     """They were named after minutes of work; that there is no such program would be the first thing to read."""
     monkeypatch.setitem(sys.modules, "pyarrow", None)
+    if "matplotlib" in told:
+        monkeypatch.setitem(sys.modules, "matplotlib", None)
     before = sorted(folder.iterdir())
     assert run(call.split()) == 2
     assert told in capsys.readouterr().err
