@@ -71,7 +71,6 @@ def kernel_extensions() -> list[Extension]:
         Extension(
             name,
             [path],
-            optional=True,
             extra_compile_args=FLAGS
             + [READING.get(name, "-O1")] * name.startswith(CALLING)
             + UNROLLED * (name in TUBE),
@@ -79,7 +78,7 @@ def kernel_extensions() -> list[Extension]:
         )
         for name, path in (sources | {SHARED: "cncgen/kernels/_shared.c"}).items()
     ]
-    return cythonize(
+    found = cythonize(
         extensions,
         language_level=3,
         nthreads=os.cpu_count() or 1,
@@ -94,6 +93,9 @@ def kernel_extensions() -> list[Extension]:
             "auto_pickle": False,
         },
     )
+    for extension in found:
+        extension.optional = True  # Cython makes others of those that it takes, without it
+    return found
 
 
 # A process that Cython starts may import this file again.

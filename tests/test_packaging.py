@@ -97,6 +97,23 @@ def test_contents(packages: tuple[Path, Path], root: Path) -> None:
     assert not {name for name in names if name.startswith(("tests/", "benchmarks/", "trials/", "programs/"))}
 
 
+def test_a_compiler_that_fails_leaves_kernels_uncompiled(root: Path, tmp_path: Path) -> None:
+    """Cython's own extensions were not optional, so that an installation without a compiler ended with an error."""
+    pytest.importorskip("Cython")
+    kernels = tmp_path / "cncgen" / "kernels"
+    kernels.mkdir(parents=True)
+    (tmp_path / "cncgen" / "__init__.py").touch()
+    (kernels / "__init__.py").touch()
+    (kernels / "one.py").write_text("def twice(x: float) -> float:\n    return 2 * x\n")
+    script = "import runpy\nfrom setuptools import setup\nfound = runpy.run_path('setup.py')['kernel_extensions']()\n"
+    (tmp_path / "made.py").write_text(script + "setup(name='made', packages=[], ext_modules=found)\n")
+    shutil.copy2(root / "setup.py", tmp_path)
+    made = run([sys.executable, "made.py", "build_ext", "--inplace"], tmp_path, CC="/bin/false")
+    assert made.returncode == 0, made.stderr.decode()[-3000:]
+    assert b"failed" in made.stdout + made.stderr
+    assert not [*kernels.glob("*.so")]
+
+
 def test_the_wheel_runs_outside_the_checkout_without_a_compiler(
     packages: tuple[Path, Path], tmp_path: Path
 ) -> None:
