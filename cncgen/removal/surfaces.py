@@ -19,6 +19,8 @@ _HEAD = b"stock left by cncgen cut".ljust(80, b" ")
 ROUND, ALONG, ROUND_FEW = 180, 2000, 90
 #: Triangles that a mesh of a stock of dexels has at the most where they are few.
 FEW = 80_000
+#: Part of a cell by which rings that are left out may be off where the surface is to stay as it is.
+_EXACT = 1e-6
 
 
 def turned_mesh(stock: Turned, joined: bool = False) -> tuple[Floats, NDArray[np.int64]]:
@@ -26,15 +28,12 @@ def turned_mesh(stock: Turned, joined: bool = False) -> tuple[Floats, NDArray[np
 
     Args:
         stock: The bar.
-        joined: Whether rings that half a cell needs not are left out, and the rings have fewer corners.
+        joined: Whether rings that half a cell needs not are left out, and the rings have fewer corners. Rings on the line between
+            others always are.
     """
     z, radius, bore = stock.z, stock.radius, np.minimum(stock.bore, stock.radius)
     around = ROUND_FEW if joined else ROUND
-    if joined:
-        keep = _needed(z, np.stack([radius, bore]), stock.cell / 2)
-    else:
-        turns = np.flatnonzero((np.diff(radius) != 0) | (np.diff(bore) != 0))
-        keep = np.unique(np.concatenate([[0, len(z) - 1], turns, turns + 1]))
+    keep = _needed(z, np.stack([radius, bore]), stock.cell * (0.5 if joined else _EXACT))
     if len(keep) > ALONG:
         keep = np.unique(np.linspace(0, len(z) - 1, ALONG).astype(np.int64))
     low, high = stock.first - stock.cell / 2, float(z[-1]) + stock.cell / 2
@@ -105,7 +104,7 @@ def mesh_of(
         field: The stock.
         columns: Columns along the longer side at the most, None for all.
         joined: Whether there are few triangles, which look the same: rings of a turned stock keep within half a cell, and those of
-            dexels are joined to `FEW`. Of columns the level ones are joined always, and nothing is lost.
+            dexels are joined to `FEW`. Those amid a plane, and rings of a cylinder or cone, are joined always, and nothing is lost.
 
     Returns:
         Vertices, shape (v, 3), mm, and triangles, shape (t, 3): the top, the underside, and walls round both.
@@ -113,7 +112,7 @@ def mesh_of(
     if isinstance(field, Turned):
         return turned_mesh(field, joined)
     if isinstance(field, Dexels):
-        found = dexel_mesh(field)
+        found = _joined(*dexel_mesh(field), field.cell)
         return _clustered(*found, FEW, 2 * field.cell) if joined else found
     step = 1 if columns is None else max(1, -(-max(field.top.shape) // columns))
     heights, low = field.heights[::step, ::step], field.bottom[::step, ::step]
@@ -244,3 +243,63 @@ def stl_bytes(vertices: Floats, triangles: NDArray[np.int64]) -> bytes:
     )
     out["normal"], out["points"] = normals / size[:, None], corners
     return _HEAD + np.uint32(len(corners)).tobytes() + out.tobytes()
+
+
+#: Widths of the squares in which `_joined` lets corners become one, in cells, one after the other.
+_SQUARES = (2, 4, 8, 16, 32)
+#: 1 less the cosine between normals that count as the same, which rounding of corners leaves.
+_LEVEL = 1e-11
+
+
+def _joined(vertices: Floats, triangles: NDArray[np.int64], cell: float) -> tuple[Floats, NDArray[np.int64]]:
+    """Return the same closed surface with fewer triangles: corners amid a plane become one in each square of it, their middle.
+
+    The borders of plane regions stay as they are. So a region is covered once, as before, where every triangle keeps its
+    orientation; squares about which one does not are left.
+    """
+    for square in _SQUARES:
+        vertices, triangles = _joined_once(vertices, triangles, cell * square, cell)
+    return vertices, triangles
+
+
+def _joined_once(
+    vertices: Floats, triangles: NDArray[np.int64], size: float, cell: float
+) -> tuple[Floats, NDArray[np.int64]]:
+    normals = _normals(vertices, triangles)
+    length = np.linalg.norm(normals, axis=1)
+    units = normals / np.where(length > 0, length, 1.0)[:, None]
+    corners = triangles.ravel()
+    count = np.bincount(corners, minlength=len(vertices))
+    sums = [np.bincount(corners, np.repeat(u, 3), len(vertices)) for u in units.T]
+    mean = np.stack(sums, axis=1) / np.maximum(count, 1)[:, None]
+    amid = np.flatnonzero(np.linalg.norm(mean, axis=1) > 1.0 - _LEVEL)
+    normal, place = mean[amid], vertices[amid]
+    plane = np.rint((normal * place).sum(axis=1) / (1e-3 * cell))
+    keys = np.column_stack([np.rint(1e4 * normal), plane, np.floor(place / size)])
+    _, group, sizes = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
+    group = group.reshape(-1)
+    wanted = sizes > 1
+    while True:
+        number, at = np.arange(len(vertices)), wanted[group]
+        if not at.any():
+            return vertices, triangles
+        order = np.cumsum(wanted) - 1
+        number[amid[at]] = len(vertices) + order[group[at]]
+        middle = np.stack(
+            [np.bincount(group[at], c, len(sizes))[wanted] / sizes[wanted] for c in place[at].T], axis=1
+        )
+        found = number[triangles]
+        whole = (found[:, 0] != found[:, 1]) & (found[:, 1] != found[:, 2]) & (found[:, 2] != found[:, 0])
+        points = np.concatenate([vertices, middle])
+        turned = (_normals(points, found[whole]) * units[whole]).sum(axis=1) <= 0.0
+        turned &= (found[whole] >= len(vertices)).any(axis=1)
+        if not turned.any():
+            kept, corner = np.unique(found[whole], return_inverse=True)
+            return points[kept], corner.reshape(-1, 3)
+        bad = np.unique(found[whole][turned])
+        wanted[np.flatnonzero(wanted)[bad[bad >= len(vertices)] - len(vertices)]] = False
+
+
+def _normals(vertices: Floats, triangles: NDArray[np.int64]) -> Floats:
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    return np.asarray(np.cross(b - a, c - a))

@@ -177,9 +177,32 @@ def test_raw_pieces_and_their_meshes_have_their_volumes(text):
     assert float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6) == pytest.approx(volume, rel=2e-3)
 
 
+def _measures(vertices, triangles):
+    """Return volume and area of a mesh, and whether each edge belongs to two triangles that go along it to and fro."""
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    edges = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])
+    there, back = (
+        np.sort(edges @ step) for step in (np.array([len(vertices), 1]), np.array([1, len(vertices)]))
+    )
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
+    volume = float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
+    return volume, area, bool(np.array_equal(there, back) and np.all(np.diff(there) > 0))
+
+
+@pytest.mark.parametrize(("tool", "share"), [("flat:8", 10), ("ball:8", 5)])
+def test_planes_of_dexels_have_few_triangles(tool, share):
+    """The same surface, and so the same volume and area; an STL file had a million triangles, most of them amid faces of the box."""
+    stock = lean(tool, across(30), (-20, 15, -5), (60, 15, -5), cell=0.2).stock
+    whole, few = dexel_mesh(stock), mesh_of(stock)
+    assert share * len(few[1]) < len(whole[1])
+    volume, area, closed = _measures(*few)
+    assert (volume, area) == pytest.approx(_measures(*whole)[:2], rel=1e-9)
+    assert closed
+
+
 def test_few_triangles_of_dexels_keep_the_volume():
     """A box with a slot that leans, as a mesh of 80,000 triangles at the most; corners of cells of 0.2 mm become their middle."""
-    stock = lean("flat:8", across(30), (-20, 15, -5), (60, 15, -5), cell=0.1).stock
+    stock = lean("ball:8", across(30), (-20, 15, -5), (60, 15, -5), cell=0.1).stock
     vertices, triangles = mesh_of(stock, joined=True)
     assert len(triangles) <= FEW < len(mesh_of(stock)[1])
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
