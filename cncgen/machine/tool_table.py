@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 _WORD = r"([A-Za-z])\s*([+-]?(?:\d++\.?+\d*+|\.\d+))"
 #: Bytes that are read of a tool table: some 100 000 tools.
 MAX_FILE_BYTES = 16_000_000
+#: LinuxCNC's number of the direction of a lathe tool's tip by that of other controls, and theirs by LinuxCNC's: X counts the other way.
+#: Theirs by Haas's Lathe Operator's Manual, "Imaginary Tool Tip and Direction": 1 is X+ Z+, 2 X+ Z-, 3 X- Z-, 4 X- Z+, 5 Z+, 6 X+, 7 Z-, 8 X-.
+TIPS = (0, 4, 3, 2, 1, 5, 8, 7, 6, 9)
 
 
 @dataclass(slots=True)
@@ -173,6 +176,8 @@ def _read_line(text: str, remark: str, tools: dict[int, Tool]) -> str:
             return f"{letter}{number:g} is not within ±{POSITION:g}"
         if letter in "TPQ" and (number < 0.0 or number % 1.0):
             return f"{letter}{number:g} must be a whole number from 0 on"
+    if words.get("Q", 0.0) >= len(TIPS):
+        return f"Q{words['Q']:g}: the orientation of a tool is 0 to 9"
     tool = int(words["T"])
     if tool in tools:
         return f"tool {tool} stands in the table twice"

@@ -217,6 +217,17 @@ def test_variables_hold_tool_data(run: Any) -> None:
     assert fanuc(run, text)[-1] == [3.25, 7, 10.5]
 
 
+def test_radii_by_older_numbers(run: Any) -> None:
+    """#2401 on are radii (B-63324EN, 15.2), and #2601 on their wear on Haas's mills (the system variables of its manual 96-8210); elsewhere
+    those may be origins. A public library of macros for moulds (mojimould/mould_moji, O460000) reads `#[2400+#4120]+#[2600+#4120]`."""
+    text = "#13002=3\n#12002=0.25\n{}G0 X#2402 Y[#[2400+2]+#[2600+2]]\nM30"
+    assert fanuc(run, text.format(""))[-1] == [3, 3, 0]
+    assert fanuc(run, "#2403=4\nG0 X#13003\nM30")[-1] == [4, 0, 0]
+    haas = "G103 P1\n#2402=3\n#2602=0.25\nG0 X#2402 Y[#[2400+2]+#[2600+2]]\nM30"
+    assert fanuc(run, haas)[-1] == [3, 3.25, 0]
+    assert remarks(run, haas) == []
+
+
 def test_a_loop_that_waits_for_the_clock_ends(run: Any) -> None:
     text = "#3001=0\nWHILE[#3001LT50]DO1\nEND1\nG0 X1\nM30"
     assert fanuc(run, text) == [[1, 0, 0]]
@@ -344,7 +355,7 @@ def test_each_variable_that_nothing_has_set_is_told_once(run: Any) -> None:
     assert [d.message.split()[3] for d in found] == ["#519", "#518", "#521"]
 
 
-@pytest.mark.parametrize("number", [2401, 2501, 2601, 2801])
+@pytest.mark.parametrize("number", [2501, 2601, 2801])
 def test_radii_and_origins_by_older_numbers_are_not_set_in_silence(run: Any, number: int) -> None:
     """#2401 on are radii, #2501 and #2601 also G54 X and Y of other controls (B-63324EN, 15.2): neither is meant for sure."""
     assert ("warning", "other-control") in remarks(run, f"#{number}=5.\nG0 X1\nM30")
@@ -403,13 +414,13 @@ def test_variables_of_haas_are_no_lengths_of_tools(run: Any) -> None:
 
 def test_a_remark_on_a_variable_of_a_subprogram_is_of_its_line(run: Any) -> None:
     """It stood at the call."""
-    out = run("G65 P2\nM98 P3\nM30\nO2\n#1=#4012\nM99\nO3\nIF[#2401 EQ 5]GOTO9\nN9 M99", dialect="fanuc")
+    out = run("G65 P2\nM98 P3\nM30\nO2\n#1=#4012\nM99\nO3\nIF[#2501 EQ 5]GOTO9\nN9 M99", dialect="fanuc")
     assert [(d.code, d.span.line) for d in out.diagnostics] == [("other-control", 5), ("variable-assumed", 8)]
 
 
 def test_a_remark_on_a_variable_is_of_its_line_where_blocks_before_it_wait() -> None:
     """A public library of macros was remarked on at its comments."""
     found = Diagnostics()
-    text = b"%\nO1\nG65 P2\nM30\nO2\n#2=8\nG0 X3.\n(D)\n\n#1=#[2400+#2]\nM99\n"
+    text = b"%\nO1\nG65 P2\nM30\nO2\n#2=8\nG0 X3.\n(D)\n\n#1=#[2500+#2]\nM99\n"
     assert list(canon(io.BytesIO(text), "t.nc", ReadOptions(dialect="fanuc", units="mm"), found))
     assert [(d.code, d.span.line) for d in found if d.span] == [("variable-assumed", 10)]

@@ -135,6 +135,48 @@ def test_offsets_of_lathes_by_g10(run: Run, blocks: str, expected: list[float]) 
 
 
 @pytest.mark.parametrize(
+    ("blocks", "expected"),
+    [
+        ("#2001=2\n#2101=3", [1, 3]),
+        ("#2701=20\n#2801=30\n#2001=2", [11, 30]),
+        ("#15001=20\n#16001=30\n#10001=2\n#11001=#11001-1", [11, 29]),
+        ("G10 P10001 X20 Z30\nG10 P1 X2 Z3\n#2001=0", [10, 33]),
+        ("G10 P1 X2 Z3\n#2101=#2001+#2101", [1, 5]),
+    ],
+)
+def test_offsets_of_lathes_by_variables(run: Run, blocks: str, expected: list[float]) -> None:
+    """X and Z have variables of their own, wear #2001 #2101, geometry #2701 #2801 (from memory of B-64304EN-1's table): #2001 moved Z."""
+    assert offsets(run, blocks)[-1] == expected
+
+
+TURNED = "G21 G99 S500 M3\n{}\nT0101\nG0 X30 Z5\nG42 G1 X20 Z0 F0.2\nZ-20\nG40 G0 X60\nM30"
+
+
+@pytest.mark.parametrize(
+    ("blocks", "radius"),
+    [
+        ("G10 L10 P1 R0.4 Q3", 10),
+        ("G10 L10 P1 R0.4 Q4", 10),
+        ("G10 P1 R0.4 Q2", 10.8),
+        ("G10 P1 R0.4 Q7", 10.4),
+        ("G10 P1 R0.4 Q8", 10),
+        ("#2901=0.3\n#2201=0.1\n#2301=3", 10),
+        ("G10 P1 R0.4 Q3\n#2301=#2301-1", 10.8),
+    ],
+)
+def test_directions_of_tips(run: Run, blocks: str, radius: float) -> None:
+    """Haas's Lathe Operator's Manual, "Imaginary Tool Tip and Direction": 3 is X- Z-, 4 X- Z+, 8 X-: they turn outside without a shift
+    along X; 2 is X+ Z-, which holds the tip a diameter of the nose farther out, and 7, Z-, its radius. LinuxCNC's 3 was taken, X+ Z-."""
+    assert ends(run, TURNED.format(blocks), "fanuc-lathe")[-2][0] == radius
+
+
+@pytest.mark.parametrize("block", ["G10 P1 Q10", "#2301=10", "#2301=1.5"])
+def test_a_direction_that_no_tip_has(run: Run, block: str) -> None:
+    out = run(f"G21 G99\n{block}\nM30", dialect="fanuc-lathe")
+    assert [code for code, *_ in out.errors] == ["tool-orientation"]
+
+
+@pytest.mark.parametrize(
     ("cycle", "expected"),
     [
         ("G90 X40 Z-20 I-2 F.2", [[18, 5], [20, -20], [30, -20], [30, 5]]),

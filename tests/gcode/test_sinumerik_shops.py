@@ -100,6 +100,18 @@ def test_tools_that_the_program_describes(run: Run) -> None:
     ]
 
 
+def test_positions_of_edges(run: Run) -> None:
+    """Position 3 turns outside and 2 inside, as on FANUC's lathes (from memory of "Cutting edge position", 840D sl, Tools): 2 stands a
+    diameter of the nose farther out there. LinuxCNC's numbers were taken."""
+    text = "$TC_DP1[1,1]=500 $TC_DP2[1,1]={} $TC_DP6[1,1]=0.4\nG18 G95 DIAMON\nT1 D1\nS500 M3\nG0 X30 Z5\nG42 G1 X20 Z0 F0.2\nZ-20\nR1=$TC_DP2[1,1]\nG40 G0 X60 Z=R1\nM30"
+    for position, radius in ((3, 10), (2, 10.8)):
+        assert [ends(run, text.format(position))[row][col] for row, col in ((-2, 0), (-1, 2))] == [
+            radius,
+            position,
+        ]
+    assert fault(run, "$TC_DP2[1,1]=10\nM30")[0] == "tool-orientation"
+
+
 def test_a_tool_by_the_remark_of_the_table(run: Run, tmp_path: Path) -> None:
     table = tmp_path / "t.tbl"
     table.write_text("T7 P7 Z30 D10 ;Mill_10\n")

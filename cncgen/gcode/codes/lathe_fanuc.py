@@ -39,6 +39,7 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage, zeros
 from cncgen.gcode.text.expressions import LEAST_INCREMENT
 from cncgen.gcode.text.labels import Cursor
+from cncgen.machine.tool_table import TIPS
 from cncgen.records import dataclass, field, replace
 from cncgen.toolpath.record import Event
 
@@ -348,7 +349,10 @@ def set_data(ip: Interpreter, block: Block) -> None:
         words["r"] / scale if "r" in words else tool.diameter / 2.0 + words.get("c", 0.0) / scale
     )
     if "q" in words:
-        tool.orientation = whole(block, "q", "G10")
+        tip = whole(block, "q", "G10")
+        if tip >= len(TIPS):
+            raise BlockError("tool-orientation", f"Q{tip}: the direction of a tip is 0 to 9", "Q")
+        tool.orientation = TIPS[tip]
 
 
 def nothing(ip: Interpreter, block: Block) -> None:

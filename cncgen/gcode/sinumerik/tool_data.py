@@ -10,11 +10,12 @@ import re
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinumerik.expressions import Scalar, whole
-from cncgen.machine.tool_table import Tool
+from cncgen.machine.tool_table import TIPS, Tool
 from cncgen.records import replace
 
 _DATA = re.compile(r"\$TC_DP(\d{1,4})\Z")
-#: Position of the edge, length 1, length 2, radius; and the wear of lengths and radius.
+#: Position of the edge (numbered as on FANUC's lathes: 3 turns outside; from memory), length 1, length 2, radius; and the wear of
+#: lengths and radius.
 _ORIENTATION, _LENGTH_1, _LENGTH_2, _RADIUS = 2, 3, 4, 6
 _WEAR = {12: _LENGTH_1, 13: _LENGTH_2, 15: _RADIUS}
 #: Types of tools of lathes, whose length 1 is along X and length 2 along Z.
@@ -107,7 +108,10 @@ class ToolData:
             return
         tool = self._edge(number_, edge)
         if datum == _ORIENTATION:
-            tool.orientation = round(value)
+            if not 0 <= round(value) < len(TIPS):
+                message = f"{name} = {value:g}: the position of an edge is 0 to 9"
+                raise BlockError("tool-orientation", message, name)
+            tool.orientation = TIPS[round(value)]
             return
         base = _WEAR.get(datum, datum)
         worn = datum in _WEAR
@@ -142,7 +146,7 @@ class ToolData:
         if datum not in (_ORIENTATION, _LENGTH_1, _LENGTH_2, _RADIUS, *_WEAR) or tool is None:
             raise _unknown(name)
         if datum == _ORIENTATION:
-            return float(tool.orientation)
+            return float(TIPS[tool.orientation])
         place = {_LENGTH_1: 0, _LENGTH_2: 2, _RADIUS: 1}[_WEAR.get(datum, datum)]
         if datum in _WEAR:
             return tool.wear[place] * self.ip.table_scale()

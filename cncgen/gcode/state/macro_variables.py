@@ -1,7 +1,7 @@
 """System variables of FANUC's macros that read or set the control's state (B-63324EN, 15.2).
 
-Positions, modal codes, tool data (offset memory C: length and radius, geometry and wear apart) and the work coordinate
-systems, which take effect as soon as they are set. Axes count in the order X Y Z A B C U V W. Variables without
+Positions, modal codes, tool data (geometry and wear apart: of mills length and radius, offset memory C; of lathes X, Z, radius and direction
+of the tip, memory B) and the work coordinate systems, which take effect as soon as they are set. Axes count in the order X Y Z A B C U V W. Variables without
 a meaning here (inputs, counters, date) are plain storage, which a note tells where they are read unset.
 """
 
@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import NO_MOTION
 from cncgen.gcode.state.systems import load_system
-from cncgen.machine.tool_table import Tool
+from cncgen.machine.tool_table import TIPS, Tool
 from cncgen.toolpath.record import PathMode
 
 TYPE_CHECKING = False
@@ -21,17 +21,29 @@ if TYPE_CHECKING:
 
 Reader = Callable[["Interpreter"], float]
 _AXIS_COUNT = 9
-#: Tools that variables know, and where the variables of each kind begin: (is radius, is wear) by first number.
-_TOOLS = 400
-_OLD_TOOLS = 200
-_TOOL_DATA = {10001: (0, 1), 11001: (0, 0), 12001: (1, 1), 13001: (1, 0)}
-_OLD_TOOL_DATA = {2001: (0, 1), 2201: (0, 0)}
+#: What a variable holds of a tool: length (Z), radius, X of lathes (each with its wear, by its place in `Tool.wear`), direction of the tip.
+_LENGTH, _RADIUS, _CROSS, _TIP = range(4)
+#: Where the variables of each kind begin, (what, is wear) by first number, and how many tools they know.
+_TOOL_DATA = (
+    ({10001: (_LENGTH, 1), 11001: (_LENGTH, 0), 12001: (_RADIUS, 1), 13001: (_RADIUS, 0)}, 400),
+    ({2001: (_LENGTH, 1), 2201: (_LENGTH, 0)}, 200),
+)
+#: Radii by older numbers, of Haas's mills and of all: others have origins from #2501 and #2601 on (B-63324EN, 15.2; 96-8210).
+_RADII_OF_HAAS, _RADII = ({2401: (_RADIUS, 0), 2601: (_RADIUS, 1)}, 200), ({2401: (_RADIUS, 0)}, 100)
+#: The same of lathes (B-64304EN-1, system variables of offset memory B; the numbers are from memory).
+_LATHE_DATA = tuple(
+    (dict(zip(firsts, ((_CROSS, 1), (_LENGTH, 1), (_RADIUS, 1), (_TIP, 0), (_CROSS, 0), (_LENGTH, 0), (_RADIUS, 0)), strict=True)), count)
+    for firsts, count in (
+        ((10001, 11001, 12001, 13001, 15001, 16001, 17001), 400),
+        ((2001, 2101, 2201, 2301, 2701, 2801, 2901), 64),
+    )
+)  # fmt: skip
 #: Origins: shift of all, G54 to G59, G54.1 P1 to P48.
 _ORIGINS = (range(5201, 5329), range(7001, 7961))
 _TIMER = 3001
 #: Variables that tell of the control or the machine: signals, data of tools and origins by their older numbers, alarms, date, codes.
 _OF_THE_CONTROL = (range(1000, 2001), range(2401, 5001))
-#: Radii of tools on some controls, and origins on others, by older numbers.
+#: Offsets of tools on some controls, and origins on others, by older numbers.
 _OLD_DATA = range(2401, 2901)
 #: General variables of Haas's newer controls: #10100 is #100 there, #10500 #500, and #10001 is no length of a tool.
 _OF_HAAS = (range(10100, 10200), range(10500, 11000))
@@ -127,13 +139,15 @@ _READERS = {**_MODAL, **dict(_positions()), _TIMER: _timer}
 
 
 def _tool_datum(ip: Interpreter, index: int) -> tuple[int, int, int] | None:
-    """Return which size of which tool a variable is: (is radius, is wear, number), or None."""
-    if index in _ALL_OF_HAAS and ip.flow is not None and ip.flow.of_haas:
+    """Return which datum of which tool a variable is: (what, is wear, number), or None."""
+    of_haas = ip.flow is not None and ip.flow.of_haas
+    if of_haas and index in _ALL_OF_HAAS:
         return None
-    for firsts, count in ((_TOOL_DATA, _TOOLS), (_OLD_TOOL_DATA, _OLD_TOOLS)):
-        for first, (radius, wear) in firsts.items():
+    data = _LATHE_DATA if ip.lathe else (*_TOOL_DATA, _RADII_OF_HAAS if of_haas else _RADII)
+    for firsts, count in data:
+        for first, (what, wear) in firsts.items():
             if first <= index < first + count:
-                return radius, wear, index - first + 1
+                return what, wear, index - first + 1
     return None
 
 
@@ -141,10 +155,17 @@ def _is_origin(index: int) -> bool:
     return any(index in numbers for numbers in _ORIGINS) and (index - 1) % 20 < _AXIS_COUNT
 
 
-def _parts(tool: Tool, radius: int) -> tuple[float, float]:
-    """Return geometry and wear of a tool's length or radius, in the table's units."""
-    total = tool.diameter / 2.0 if radius else tool.offset[2]
-    return total - tool.wear[radius], tool.wear[radius]
+def _parts(tool: Tool, what: int) -> tuple[float, float]:
+    """Return geometry and wear of a tool's datum, in the table's units."""
+    if what == _TIP:
+        return float(TIPS[tool.orientation]), 0.0
+    total = (tool.offset[2], tool.diameter / 2.0, tool.offset[0])[what]
+    return total - tool.wear[what], tool.wear[what]
+
+
+def _scale(ip: Interpreter, what: int) -> float:
+    """Return what a datum is multiplied by for its variable: X is a diameter."""
+    return 1.0 if what == _TIP else ip.table_scale() * (2.0 if what == _CROSS else 1.0)
 
 
 def read(ip: Interpreter, index: int) -> float:
@@ -154,9 +175,9 @@ def read(ip: Interpreter, index: int) -> float:
         return reader(ip)
     datum = _tool_datum(ip, index)
     if datum is not None:
-        radius, wear, number = datum
+        what, wear, number = datum
         tool = ip.tools.find(number)
-        return 0.0 if tool is None else _parts(tool, radius)[wear] * ip.table_scale()
+        return 0.0 if tool is None else _parts(tool, what)[wear] * _scale(ip, what)
     value = ip.parameters.numbers[index]
     if value == 0.0 and _is_untold(ip, index):
         ip.parameters.untold = index
@@ -192,25 +213,32 @@ def store(ip: Interpreter, index: int, value: float) -> None:
         raise BlockError("parameter-read-only", message, "#", hint="#100 to #199 and #500 to #999 are free")
     else:
         if index in _OLD_DATA:
-            message = f"#{index} is the radius of a tool on some controls and an origin on others: here it is neither, and nothing moves by it"
-            ip.warn_once("other-control", message, "#", "#12001 and #13001 on are radii, #5221 on origins")
+            message = f"#{index} is an offset of a tool on some controls and an origin on others: here it is neither, and nothing moves by it"
+            hint = "#12001 and #13001 on are radii of mills' tools, #5221 on origins"
+            ip.warn_once("other-control", message, "#", hint)
         ip.parameters.numbers[index] = value
         ip.parameters.stored.add(index)
 
 
-def _set_tool(ip: Interpreter, radius: int, wear: int, number: int, value: float) -> None:
-    """Set one of the four sizes of a tool (vacant: 0); the sum of geometry and wear counts."""
+def _set_tool(ip: Interpreter, what: int, wear: int, number: int, value: float) -> None:
+    """Set a datum of a tool (vacant: 0); the sum of geometry and wear counts."""
     tool = ip.tools.entry(number)
     if tool is None:
         # A control has all numbers of offsets, whatever tools there are.
         tool = ip.tools.tools[number] = Tool(number, number)
-    parts = list(_parts(tool, radius))
-    parts[wear] = (value if value == value else 0.0) / ip.table_scale()
-    tool.wear[radius] = parts[1]
-    if radius:
+    value = value if value == value else 0.0
+    if what == _TIP:
+        if value not in range(len(TIPS)):
+            raise BlockError("tool-orientation", f"{value:g}: the direction of a tip is 0 to 9", "#")
+        tool.orientation = TIPS[int(value)]
+        return
+    parts = list(_parts(tool, what))
+    parts[wear] = value / _scale(ip, what)
+    tool.wear[what] = parts[1]
+    if what == _RADIUS:
         tool.diameter = 2.0 * sum(parts)
     else:
-        tool.offset[2] = sum(parts)
+        tool.offset[0 if what == _CROSS else 2] = sum(parts)
 
 
 def _set_origin(ip: Interpreter, index: int, value: float) -> None:
