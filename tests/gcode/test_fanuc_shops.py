@@ -149,6 +149,23 @@ def test_offsets_of_lathes_by_variables(run: Run, blocks: str, expected: list[fl
     assert offsets(run, blocks)[-1] == expected
 
 
+@pytest.mark.parametrize(
+    ("blocks", "expected"),
+    [
+        ("#5221=20\n#5223=5", [10, 5]),
+        ("G10 L2 P1 X20 Z5\n#5221=#5221+#5221", [20, 5]),
+        ("G0 X30 Z5\n#5221=#5021\n#5223=#5023", [15, 5]),
+        ("G98 G31 X30 Z5 F100\n#5221=#5061\n#5223=#5063", [15, 5]),
+    ],
+)
+def test_origins_and_touched_places_of_lathes_are_diameters_in_variables(
+    run: Run, blocks: str, expected: list[float]
+) -> None:
+    """The variables of an origin are those that G10 L2 sets, in the diameters of #5021 (B-64304EN-1, 7.2): #5221=20 moved it by 20 in radius,
+    and what G31 left in #5061 was a radius, while #5041 beside it is a diameter."""
+    assert offsets(run, blocks)[-1] == expected
+
+
 TURNED = "G21 G99 S500 M3\n{}\nT0101\nG0 X30 Z5\nG42 G1 X20 Z0 F0.2\nZ-20\nG40 G0 X60\nM30"
 
 

@@ -59,7 +59,9 @@ def skip(ip: Interpreter, block: Block) -> None:
     end = ip.end_point(block)
     ip.note_once("probe-not-run", "G31 is planned to the programmed point", "G31")
     ip.go(end)
-    ip.parameters.numbers[PROBE : PROBE + 9] = array("d", end)
+    # On lathes X is a diameter, as in all variables.
+    across = 2.0 if ip.state.diameter else 1.0
+    ip.parameters.numbers[PROBE : PROBE + 9] = array("d", (across * end[0], *end[1:]))
 
 
 def tell(ip: Interpreter, name: str, what: str) -> None:

@@ -184,7 +184,12 @@ def read(ip: Interpreter, index: int) -> float:
         message = f"#{index} tells of the control or the machine, and is not known here: it counts as 0"
         hint = "--parameters gives such a variable a value; the program may set it before it reads it"
         ip.note_once("variable-assumed", message, "#", hint)
-    return value * ip.scale_of((index - 1) % 20) if _is_origin(index) else value
+    return value * _origin_scale(ip, (index - 1) % 20) if _is_origin(index) else value
+
+
+def _origin_scale(ip: Interpreter, axis: int) -> float:
+    """Return what a coordinate of an origin is multiplied by for its variable: X of lathes is a diameter, as that of G10 L2 is."""
+    return ip.scale_of(axis) * (2.0 if axis == 0 and ip.state.diameter else 1.0)
 
 
 def _is_untold(ip: Interpreter, index: int) -> bool:
@@ -244,6 +249,6 @@ def _set_tool(ip: Interpreter, what: int, wear: int, number: int, value: float) 
 def _set_origin(ip: Interpreter, index: int, value: float) -> None:
     """Set a coordinate of an origin (vacant: 0), as the program's units have it; it takes effect at once."""
     axis = (index - 1) % 20
-    ip.parameters.numbers[index] = (value if value == value else 0.0) / ip.scale_of(axis)
+    ip.parameters.numbers[index] = (value if value == value else 0.0) / _origin_scale(ip, axis)
     load_system(ip, ip.state.system)
     ip.sink.set_g5x_offset(ip.state.system, ip.state.origin)
