@@ -152,10 +152,12 @@ def test_offsets_of_lathes_by_variables(run: Run, blocks: str, expected: list[fl
 @pytest.mark.parametrize(
     ("blocks", "expected"),
     [
-        ("#5221=20\n#5223=5", [10, 5]),
+        ("#5221=20\n#5222=5", [10, 5]),
         ("G10 L2 P1 X20 Z5\n#5221=#5221+#5221", [20, 5]),
-        ("G0 X30 Z5\n#5221=#5021\n#5223=#5023", [15, 5]),
-        ("G98 G31 X30 Z5 F100\n#5221=#5061\n#5223=#5063", [15, 5]),
+        ("G0 X30 Z5\n#5221=#5021\n#5222=#5022", [15, 5]),
+        ("G98 G31 X30 Z5 F100\n#5221=#5061\n#5222=#5062", [15, 5]),
+        ("G0 X30 Z5\n#5222=#5002+#5042-#5082", [0, 10]),
+        ("G0 X30 Z5\n#5223=#5043", [0, 5]),
     ],
 )
 def test_origins_and_touched_places_of_lathes_are_diameters_in_variables(
@@ -164,6 +166,16 @@ def test_origins_and_touched_places_of_lathes_are_diameters_in_variables(
     """The variables of an origin are those that G10 L2 sets, in the diameters of #5021 (B-64304EN-1, 7.2): #5221=20 moved it by 20 in radius,
     and what G31 left in #5061 was a radius, while #5041 beside it is a diameter."""
     assert offsets(run, blocks)[-1] == expected
+
+
+def test_the_second_axis_of_lathes_is_z(run: Run) -> None:
+    """Variables of places are numbered by axis, and lathes have X and Z (from memory of B-64304EN-1, 16.2): #5042 was Y, which is 0."""
+    text = "G21 G99\nG0 X30 Z5\n#1={}\nG0 Z[#1+1.]\nM30"
+    assert codes(run, text.format("#5042"), "fanuc-lathe") == [("note", "other-control")]
+    assert codes(run, text.format("#5043"), "fanuc-lathe") == [("warning", "other-control")]
+    for variable in ("#5042", "#5043"):
+        assert ends(run, text.format(variable), "fanuc-lathe")[-1] == [15, 0, 6]
+    assert ends(run, text.format("#5042"))[-1] == [30, 0, 1]
 
 
 TURNED = "G21 G99 S500 M3\n{}\nT0101\nG0 X30 Z5\nG42 G1 X20 Z0 F0.2\nZ-20\nG40 G0 X60\nM30"

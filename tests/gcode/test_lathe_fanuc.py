@@ -55,7 +55,7 @@ def test_x_is_a_diameter_and_u_and_w_are_distances() -> None:
 
 
 def test_positions_told_to_a_macro_are_diameters() -> None:
-    assert moves("G0 X40. Z5.\n#1=#5001-10.\nG0 X#1 Z#5003") == [(20, 5, 0), (15, 5, 0)]
+    assert moves("G0 X40. Z5.\n#1=#5001-10.\nG0 X#1 Z#5002") == [(20, 5, 0), (15, 5, 0)]
 
 
 def test_a_profile_of_rounded_places_goes_on_along_z() -> None:

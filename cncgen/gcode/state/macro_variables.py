@@ -40,6 +40,9 @@ _LATHE_DATA = tuple(
 )  # fmt: skip
 #: Origins: shift of all, G54 to G59, G54.1 P1 to P48.
 _ORIGINS = (range(5201, 5329), range(7001, 7961))
+#: Variables that are numbered by axis. On lathes the second one is Z, as they have it (from memory: B-64304EN-1 numbers axes as they are controlled).
+_BY_AXIS = (range(5001, 5101), *_ORIGINS)
+_SECOND, _THIRD = 1, 2
 _TIMER = 3001
 #: Variables that tell of the control or the machine: signals, data of tools and origins by their older numbers, alarms, date, codes.
 _OF_THE_CONTROL = (range(1000, 2001), range(2401, 5001))
@@ -168,8 +171,25 @@ def _scale(ip: Interpreter, what: int) -> float:
     return 1.0 if what == _TIP else ip.table_scale() * (2.0 if what == _CROSS else 1.0)
 
 
+def _by_axis(ip: Interpreter, index: int) -> int:
+    """Return the number by which a variable is known here, where Z is the third axis."""
+    place = (index - 1) % 20
+    if not ip.lathe or place not in (_SECOND, _THIRD) or not any(index in numbers for numbers in _BY_AXIS):
+        return index
+    if place == _THIRD:
+        message = (
+            f"#{index} is read as that of Z; on FANUC's lathes it is that of the third axis, which is C or Y"
+        )
+        ip.warn_once("other-control", message, "#", f"#{index - 1} is that of Z on all of them")
+        return index
+    message = f"#{index} is read as that of Z, the second axis of FANUC's lathes"
+    ip.note_once("other-control", message, "#", "a control that has Y between X and Z tells of Y there")
+    return index + 1
+
+
 def read(ip: Interpreter, index: int) -> float:
     """Return a variable in the units of the program."""
+    index = _by_axis(ip, index)
     reader = _READERS.get(index)
     if reader is not None:
         return reader(ip)
@@ -203,6 +223,7 @@ def _is_untold(ip: Interpreter, index: int) -> bool:
 
 def store(ip: Interpreter, index: int, value: float) -> None:
     """Set a variable; raise where it can only be read, or its tool is not in the tool table."""
+    index = _by_axis(ip, index)
     if any(index in numbers for numbers in _OF_HAAS):
         message = (
             f"#{index} is another variable than #{index - 10_000} here; on Haas's newer controls they are one"
