@@ -217,6 +217,13 @@ def test_variables_hold_tool_data(run: Any) -> None:
     assert fanuc(run, text)[-1] == [3.25, 7, 10.5]
 
 
+def test_the_fourth_axis_is_told_to_be_a(run: Any) -> None:
+    """Variables of places are numbered by axis: on a mill with a table B #5044 is that of B."""
+    assert remarks(run, "B90.\nG0 X#5044\nM30") == [("note", "other-control")]
+    assert remarks(run, "#5224=5.\nG0 X#5043\nM30") == [("note", "other-control")]
+    assert remarks(run, "G0 X#5043 Y[#5081+#5221]\nM30") == []
+
+
 def test_radii_by_older_numbers(run: Any) -> None:
     """#2401 on are radii (B-63324EN, 15.2), and #2601 on their wear on Haas's mills (the system variables of its manual 96-8210); elsewhere
     those may be origins. A public library of macros for moulds (mojimould/mould_moji, O460000) reads `#[2400+#4120]+#[2600+#4120]`."""

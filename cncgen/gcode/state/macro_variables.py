@@ -14,6 +14,7 @@ from cncgen.gcode.state.modal import NO_MOTION
 from cncgen.gcode.state.systems import load_system
 from cncgen.machine.tool_table import TIPS, Tool
 from cncgen.toolpath.record import PathMode
+from cncgen.units import AXIS_LETTERS
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -172,19 +173,31 @@ def _scale(ip: Interpreter, what: int) -> float:
 
 
 def _by_axis(ip: Interpreter, index: int) -> int:
-    """Return the number by which a variable is known here, where Z is the third axis."""
+    """Return the number by which a variable is known here, where Z is the third axis and A the fourth."""
     place = (index - 1) % 20
-    if not ip.lathe or place not in (_SECOND, _THIRD) or not any(index in numbers for numbers in _BY_AXIS):
+    if not _SECOND <= place < _AXIS_COUNT or not any(index in numbers for numbers in _BY_AXIS):
         return index
-    if place == _THIRD:
+    if not ip.lathe:
+        if place > _THIRD:
+            message = (
+                f"#{index} is read as that of {AXIS_LETTERS[place]}: axes count in the order X Y Z A B C"
+            )
+            ip.note_once(
+                "other-control",
+                message,
+                "#",
+                "where the fourth axis of a machine is B or C, #5044 tells of it",
+            )
+    elif place == _SECOND:
+        message = f"#{index} is read as that of Z, the second axis of FANUC's lathes"
+        ip.note_once("other-control", message, "#", "a control that has Y between X and Z tells of Y there")
+        return index + 1
+    elif place == _THIRD:
         message = (
             f"#{index} is read as that of Z; on FANUC's lathes it is that of the third axis, which is C or Y"
         )
         ip.warn_once("other-control", message, "#", f"#{index - 1} is that of Z on all of them")
-        return index
-    message = f"#{index} is read as that of Z, the second axis of FANUC's lathes"
-    ip.note_once("other-control", message, "#", "a control that has Y between X and Z tells of Y there")
-    return index + 1
+    return index
 
 
 def read(ip: Interpreter, index: int) -> float:
