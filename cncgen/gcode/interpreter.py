@@ -103,7 +103,7 @@ class Interpreter:
         self.remark = remark
         self.dialect = language_of(dialect)
         self.lathe = dialect in LATHES
-        self.system = dialect
+        self.system: str = dialect
         self.plain = plain
         self._plans = BlockPlans(dialect, plain=plain)
         self.codes = self._plans.codes

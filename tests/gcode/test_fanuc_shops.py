@@ -178,6 +178,26 @@ def test_the_second_axis_of_lathes_is_z(run: Run) -> None:
     assert ends(run, text.format("#5042"))[-1] == [30, 0, 1]
 
 
+@pytest.mark.parametrize(
+    ("dialect", "blocks", "code"),
+    [
+        ("fanuc-lathe", "G98\n#1=#4005", 98),
+        ("fanuc-lathe", "G99\n#1=#4005", 99),
+        ("fanuc-lathe-b", "G94\n#1=#4005", 94),
+        ("fanuc-lathe-b", "G99\n#1=#4011", 99),
+        ("fanuc-lathe", "G96 S100 M3\n#1=#4002", 96),
+        ("fanuc-lathe", "#1=#4002", 97),
+        ("fanuc-lathe", "G17\n#1=#4016", 17),
+        ("fanuc-lathe", "#1=#4006", 21),
+        ("fanuc", "G95\n#1=#4005", 95),
+    ],
+)
+def test_modal_codes_of_lathes(run: Run, dialect: str, blocks: str, code: int) -> None:
+    """Groups of lathes' codes are others than mills' (from memory of B-64304EN-1's list): 2 has G96 and G97, 5 G98 and G99, or G94 and G95 in
+    systems B and C, 16 the planes. `#4005` was 94 or 95, so that a macro which restores it by `G#1` called the passes G94."""
+    assert ends(run, f"G21\nG0 X1000. Z5.\n{blocks}\nG0 Z#1\nM30", dialect)[-1][2] == code
+
+
 TURNED = "G21 G99 S500 M3\n{}\nT0101\nG0 X30 Z5\nG42 G1 X20 Z0 F0.2\nZ-20\nG40 G0 X60\nM30"
 
 

@@ -113,6 +113,15 @@ _MODAL: dict[int, Reader] = {
     4120: lambda ip: float(ip.state.selected),
     4130: lambda ip: float(max(ip.state.system - 9, 0)),
 }
+#: The same of lathes, whose codes are in other groups (B-64304EN-1, list of G codes; the numbers are from memory).
+_LATHE_MODAL: dict[int, Reader] = {
+    **{number: read for number, read in _MODAL.items() if number not in (4003, 4008, 4009, 4010, 4013, 4016, 4017, 4022, 4107, 4111)},
+    4002: _MODAL[4013],
+    4005: lambda ip: ip.state.feed_mode + (4.0 if ip.system == "fanuc-lathe" else 0.0),
+    4010: _cycle,
+    4011: _MODAL[4010],
+    4016: _MODAL[4002],
+}  # fmt: skip
 
 
 def _timer(ip: Interpreter) -> float:
@@ -140,6 +149,11 @@ def _positions() -> Iterator[tuple[int, Reader]]:
 
 
 _READERS = {**_MODAL, **dict(_positions()), _TIMER: _timer}
+_LATHE_READERS = {**_LATHE_MODAL, **dict(_positions()), _TIMER: _timer}
+
+
+def _readers(ip: Interpreter) -> dict[int, Reader]:
+    return _LATHE_READERS if ip.lathe else _READERS
 
 
 def _tool_datum(ip: Interpreter, index: int) -> tuple[int, int, int] | None:
@@ -203,7 +217,7 @@ def _by_axis(ip: Interpreter, index: int) -> int:
 def read(ip: Interpreter, index: int) -> float:
     """Return a variable in the units of the program."""
     index = _by_axis(ip, index)
-    reader = _READERS.get(index)
+    reader = _readers(ip).get(index)
     if reader is not None:
         return reader(ip)
     datum = _tool_datum(ip, index)
@@ -247,7 +261,7 @@ def store(ip: Interpreter, index: int, value: float) -> None:
         _set_tool(ip, *datum, value)
     elif _is_origin(index):
         _set_origin(ip, index, value)
-    elif index in _READERS and index != _TIMER:
+    elif index in _readers(ip) and index != _TIMER:
         message = f"#{index} tells the control's state: it cannot be set"
         raise BlockError("parameter-read-only", message, "#", hint="#100 to #199 and #500 to #999 are free")
     else:
