@@ -211,6 +211,14 @@ def test_an_origin_set_in_a_variable_counts_at_once(run: Any) -> None:
     assert fanuc(run, text) == expected
 
 
+def test_additional_systems_have_two_numbers(run: Any) -> None:
+    """#14001 on are X Y Z of G54.1 P1 to P300, and #7001 on of P1 to P48 (B-64484EN, 15.2; on Haas's NGC of G154 P1 to P99): #14001 was plain
+    storage, and P49 counted only from its next choice on, in mm whatever the unit."""
+    assert fanuc(run, "G54.1 P1\n#14001=10\nG0 X0\n#7001=#14001+#7001\nX0\nM30") == [[10, 0, 0], [20, 0, 0]]
+    assert fanuc(run, "G154 P2 G0 X1\n#14021=5\n#14022=3\nX0 Y0\nM30") == [[1, 0, 0], [5, 3, 0]]
+    assert fanuc(run, "G20 G54.1 P49\n#14961=1\nG0 X0\nX#14961\nM30") == [[25.4, 0, 0], [50.8, 0, 0]]
+
+
 def test_variables_hold_tool_data(run: Any) -> None:
     """Length #11001 (#2201) and its wear #10001 (#2001), radius #13001 and its wear #12001 (offset memory C)."""
     text = "#11002=10\n#10002=0.5\n#2201=7\n#13002=3\n#12002=0.25\nG43 H2 G0 Z0\nG0 X[#13002+#12002] Y#11001\nM30"

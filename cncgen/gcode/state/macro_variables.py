@@ -39,8 +39,9 @@ _LATHE_DATA = tuple(
         ((2001, 2101, 2201, 2301, 2701, 2801, 2901), 64),
     )
 )  # fmt: skip
-#: Origins: shift of all, G54 to G59, G54.1 P1 to P48.
-_ORIGINS = (range(5201, 5329), range(7001, 7961))
+#: Origins: shift of all, G54 to G59, G54.1 P1 to P48, P49 to P300; and a second number of P1 to P48, which is so much larger (B-64484EN, 15.2).
+_ORIGINS = (range(5201, 5329), range(7001, 7961), range(14_961, 20_001))
+_MORE_ORIGINS, _FROM_FIRST = range(14_001, 14_961), 7000
 #: Variables that are numbered by axis. On lathes the second one is Z, as they have it (from memory: B-64304EN-1 numbers axes as they are controlled).
 _BY_AXIS = (range(5001, 5101), *_ORIGINS)
 _SECOND, _THIRD = 1, 2
@@ -188,6 +189,8 @@ def _scale(ip: Interpreter, what: int) -> float:
 
 def _by_axis(ip: Interpreter, index: int) -> int:
     """Return the number by which a variable is known here, where Z is the third axis and A the fourth."""
+    if index in _MORE_ORIGINS and not ip.lathe:
+        index -= _FROM_FIRST
     place = (index - 1) % 20
     if not _SECOND <= place < _AXIS_COUNT or not any(index in numbers for numbers in _BY_AXIS):
         return index
