@@ -211,6 +211,16 @@ def test_an_origin_set_in_a_variable_counts_at_once(run: Any) -> None:
     assert fanuc(run, text) == expected
 
 
+def test_the_length_of_the_tool_is_in_its_place(run: Any) -> None:
+    """#5041 and #5061 have it included, #5001 not (from memory of the table in B-63324EN, 15.2): Renishaw's macros read `#5043-#116`, where #116 is
+    the length, and those of mojimould/mould_moji compare `#5063-#2050` with the place of G31. It was not in them, so that they fell short by it."""
+    text = "#2201=50\n#2001=1\nG43 H1 G0 Z10\nG31 Z5 F100\nX[#5043-#5083] Y[#5063-[#2001+#2201]]\nX[#5003+1.] Y[#5041+2.]\nM30"
+    assert fanuc(run, text)[-2:] == [[5, 5, 56], [6, 7, 56]]
+    assert ("warning", "other-control") in remarks(run, text)
+    assert remarks(run, "#2201=50\nG43 H1 G0 Z10\nX#5042\nM30") == []
+    assert fanuc(run, "G103 P1\n#2201=50\nG43 H1 G0 Z10\nX#5043\nM30")[-1] == [10, 0, 60]
+
+
 def test_additional_systems_have_two_numbers(run: Any) -> None:
     """#14001 on are X Y Z of G54.1 P1 to P300, and #7001 on of P1 to P48 (B-64484EN, 15.2; on Haas's NGC of G154 P1 to P99): #14001 was plain
     storage, and P49 counted only from its next choice on, in mm whatever the unit."""

@@ -8,9 +8,11 @@ a meaning here (inputs, counters, date) are plain storage, which a note tells wh
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import NO_MOTION
+from cncgen.gcode.state.parameters import PROBE
 from cncgen.gcode.state.systems import load_system
 from cncgen.machine.tool_table import TIPS, Tool
 from cncgen.toolpath.record import PathMode
@@ -45,6 +47,7 @@ _MORE_ORIGINS, _FROM_FIRST = range(14_001, 14_961), 7000
 #: Variables that are numbered by axis. On lathes the second one is Z, as they have it (from memory: B-64304EN-1 numbers axes as they are controlled).
 _BY_AXIS = (range(5001, 5101), *_ORIGINS)
 _SECOND, _THIRD = 1, 2
+_SKIPPED = range(PROBE, PROBE + _AXIS_COUNT)
 _TIMER = 3001
 #: Variables that tell of the control or the machine: signals, data of tools and origins by their older numbers, alarms, date, codes.
 _OF_THE_CONTROL = (range(1000, 2001), range(2401, 5001))
@@ -135,6 +138,26 @@ def _timer(ip: Interpreter) -> float:
     return numbers[_TIMER]
 
 
+def _of_haas(ip: Interpreter) -> bool:
+    return ip.flow is not None and ip.flow.of_haas
+
+
+def _included(ip: Interpreter, axis: int) -> float:
+    """Return what is in #5041 and #5061 beside the place of the tip: the tool's length (table of positions of B-63324EN, 15.2, "tool compensation
+    value included"; Renishaw's and other public macros subtract it). On lathes it shifts the coordinates; Haas's tell of the tip."""
+    offset = ip.state.tool_offset[axis]
+    if offset and not ip.lathe and not _of_haas(ip):
+        message = "#5041 and #5061 on have the tool's length in them, as on FANUC's controls; on Haas's they tell of its tip"
+        ip.warn_once("other-control", message, "#", "#5001 on tell of the tip, and #5081 on of the length")
+        return offset
+    return 0.0
+
+
+def _current(ip: Interpreter, axis: int) -> float:
+    place = ip.to_work(ip.state.position)[axis]
+    return 2.0 * place if axis == 0 and ip.state.diameter else place + _included(ip, axis)
+
+
 def _positions() -> Iterator[tuple[int, Reader]]:
     """Yield ends of blocks, machine and work positions, and the tool offset in force."""
 
@@ -145,7 +168,7 @@ def _positions() -> Iterator[tuple[int, Reader]]:
     for axis in range(_AXIS_COUNT):
         yield 5001 + axis, of(lambda ip: ip.state.position, axis)
         yield 5021 + axis, of(lambda ip: ip.machine_position(), axis)
-        yield 5041 + axis, of(lambda ip: ip.to_work(ip.state.position), axis)
+        yield 5041 + axis, partial(_current, axis=axis)
         yield 5081 + axis, of(lambda ip: ip.state.tool_offset, axis)
 
 
@@ -159,7 +182,7 @@ def _readers(ip: Interpreter) -> dict[int, Reader]:
 
 def _tool_datum(ip: Interpreter, index: int) -> tuple[int, int, int] | None:
     """Return which datum of which tool a variable is: (what, is wear, number), or None."""
-    of_haas = ip.flow is not None and ip.flow.of_haas
+    of_haas = _of_haas(ip)
     if of_haas and index in _ALL_OF_HAAS:
         return None
     data = _LATHE_DATA if ip.lathe else (*_TOOL_DATA, _RADII_OF_HAAS if of_haas else _RADII)
@@ -229,6 +252,8 @@ def read(ip: Interpreter, index: int) -> float:
         tool = ip.tools.find(number)
         return 0.0 if tool is None else _parts(tool, what)[wear] * _scale(ip, what)
     value = ip.parameters.numbers[index]
+    if index in _SKIPPED:
+        return value + _included(ip, index - _SKIPPED.start)
     if value == 0.0 and _is_untold(ip, index):
         ip.parameters.untold = index
         message = f"#{index} tells of the control or the machine, and is not known here: it counts as 0"
