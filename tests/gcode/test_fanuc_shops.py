@@ -127,10 +127,13 @@ def offsets(run: Run, blocks: str) -> list[list[float]]:
         ("G10 P10001 X20 Z30\nG10 P1 X2\nG10 P10001 U2", [12, 30]),
         ("G10 L10 P1 X20 Z30 R0.4 Q3\nG10 L11 P1 X2", [11, 30]),
         ("G10 P0 Z-10", [0, -10]),
+        ("G10 P0 Z-10\nG10 P0 U4 W-5", [2, -15]),
+        ("G10 L2 P1 X10 Z5\nG10 L2 P1 U2 W-2\nG10 L2 P1 Z1\nG10 L2 P1 W3", [6, 4]),
     ],
 )
 def test_offsets_of_lathes_by_g10(run: Run, blocks: str, expected: list[float]) -> None:
-    """P is wear, P10000 and more geometry, P0 the shift of the systems; X and U are diameters (B-64304EN-1, 7.2)."""
+    """P is wear, P10000 and more geometry, P0 the shift of the systems; X and U are diameters, U and W increments (B-64304EN-1, 7.2; of P0 too:
+    blog.csdn.net/weixin_36480122/article/details/111943054). U and W of a system were the origins of axes that a lathe has not."""
     assert offsets(run, blocks)[-1] == expected
 
 

@@ -18,6 +18,8 @@ from cncgen.gcode.state.systems import EXTERNAL, MORE_COUNT, SYSTEM_COUNT, first
 #: Data of G10 L that have no use without the control.
 _DATA = {3: "tool life data", 50: "parameters of the control", 52: "parameters of the control"}
 FIRST_SYSTEM = 540
+#: The column of U, that of X farther on.
+_U = 6
 _KINDS = "L2 P1 to P6 set G54 to G59, L20 P sets G54.1 P, L10 to L13 P R set a tool's length, its wear, radius, its wear"
 
 
@@ -139,12 +141,14 @@ def _set_tool(ip: Interpreter, block: Block, kind: int, number: int) -> None:
 
 
 def _set_origin(ip: Interpreter, block: Block, system: int) -> None:
-    """Set an origin, or shift it in incremental mode; the machine stays where it is."""
+    """Set an origin, or shift it in incremental mode; the machine stays where it is. U V W of lathes shift it, U by a diameter."""
     scale = ip.table_scale()
     first = first_parameter(system) if system else EXTERNAL
     origin = ip.parameters.offset(first, scale)
     for index, value in block.axes():
-        origin[index] = value if ip.state.absolute else origin[index] + value
+        axis = index % _U if ip.lathe else index
+        shift = value if index == axis or axis else 0.5 * value
+        origin[axis] = value if index == axis and ip.state.absolute else origin[axis] + shift
     ip.parameters.set_offset(first, origin, scale)
     if system in (0, ip.state.system):
         system = ip.state.system
