@@ -410,6 +410,11 @@ def test_an_angle_under_an_earlier_g91_is_the_angle_itself(run: Any) -> None:
     assert ("warning", "rotation-incremental") in remarks(run, text)
 
 
+def test_a_second_rotation_without_a_centre_turns_about_the_tool(run: Any) -> None:
+    """The tool's position is the centre where X and Y are omitted (Haas 96-8000, G68): where it is, not the words that led it there."""
+    assert fanuc(run, "G68 X0 Y0 R90.\nG0 X10. Y0\nG68 R180.\nG0 X20. Y0\nM30") == [[0, 10, 0], [-20, 20, 0]]
+
+
 @pytest.mark.parametrize(("incremental", "expected"), [("", [0, 10, 0]), ("I0", [-10, 0, 0])])
 def test_an_angle_of_mach3_is_added_by_i(run: Any, incremental: str, expected: list[float]) -> None:
     """Mach3's manual, G68: with I under G91 the angle is added to the one in effect; the value of I is not used."""

@@ -129,11 +129,6 @@ def _current(ip: Interpreter) -> CoordinateFrame:
     )
 
 
-def _point(ip: Interpreter, block: Block) -> list[float]:
-    """Return X Y Z of a block, the position where one is not given."""
-    return [block.words.get(letter, ip.state.position[k]) for k, letter in enumerate("xyz")]
-
-
 def _factor(ip: Interpreter, letter: str, value: float) -> float:
     """Return a factor of G51: from 100 on it is in thousandths, as controls count that take no decimal point in it."""
     if abs(value) < _THOUSANDTHS:
@@ -188,7 +183,8 @@ def scaling(ip: Interpreter, block: Block) -> None:
         raise BlockError("scale-missing", message, zero.upper(), hint="G50 ends the scaling")
     affine.check_factors(factors, "G51")
     frame = _current(ip)
-    frame.scale, frame.scale_centre = factors, _point(ip, block)
+    frame.scale = factors
+    frame.scale_centre = [block.words.get(letter, ip.state.position[k]) for k, letter in enumerate("xyz")]
     _change(ip, frame)
 
 
@@ -242,7 +238,7 @@ def _has_vacant_angle(ip: Interpreter, block: Block) -> bool:
 def rotation(ip: Interpreter, block: Block) -> None:
     """G68 X Y R: turn the plane about a point; Mach3 calls X and Y of the point A and B. With I J K it turns space (`tilted_planes`).
 
-    Scaling carries the centre (B-63944EN-2, 6; Haas 96-8000, G68). In a mirror image of one axis of the plane the rotation is the other way
+    The tool's place is the centre where X and Y are not given. Scaling carries the centre (B-63944EN-2, 6; Haas 96-8000, G68). In a mirror image of one axis of the plane the rotation is the other way
     round (SINUMERIK, ISO Milling, table 3-6).
     """
     of_mach3, direction = bool({"a", "b"} & block.words.keys()), {"i", "j", "k"} & block.words.keys()
@@ -267,7 +263,9 @@ def rotation(ip: Interpreter, block: Block) -> None:
         message = f"G68 turns X, Y and Z, and the plane is {plane}"
         raise BlockError("rotation-plane", message, "G68", hint="choose G17, G18 or G19")
     frame = _current(ip)
-    inner, centre, angle = frame.unturned(), _point(ip, block), _angle(ip, block)
+    inner, angle = frame.unturned(), _angle(ip, block)
+    tool = inner.to_programmed(frame.whole().to_work(ip.state.position))
+    centre = [block.words.get(letter, at) for letter, at in zip("xyz", tool, strict=False)]
     mirrored = math.prod(inner.matrix[axis][axis] for axis in PLANE_AXES[ip.state.plane][:2]) < 0.0
     if mirrored and any(inner.to_work(centre)[axis] != centre[axis] for axis in frame.mirror):
         message = "the centre of G68 is taken as programmed in the mirror image"
