@@ -257,8 +257,8 @@ def read(ip: Interpreter, index: int) -> float:
     if value == 0.0 and _is_untold(ip, index):
         ip.parameters.untold = index
         message = f"#{index} tells of the control or the machine, and is not known here: it counts as 0"
-        hint = "--parameters gives such a variable a value; the program may set it before it reads it"
-        ip.note_once("variable-assumed", message, "#", hint)
+        hint = f"--parameters gives #{index} a value; the program may set it before it reads it"
+        ip.note_once("variable-assumed", message, f"#{index}", hint)
     return value * _origin_scale(ip, (index - 1) % 20) if _is_origin(index) else value
 
 
