@@ -528,3 +528,10 @@ def test_a_jump_after_settings_of_its_block(run: Run) -> None:
     assert ends(run, text) == [[1, 4, 0]]
     assert codes(run, text) == []
     assert codes(run, "O1\nG21\nG0 X5 GOTO10\nN10 M30") == [("error", "unsupported-flow")]
+
+
+@pytest.mark.parametrize(("code", "said"), [("M88", False), ("M31", False), ("M36", True)])
+def test_codes_of_haas_that_move_nothing_are_not_the_builders(run: Any, code: str, said: bool) -> None:
+    """M88 is coolant through the spindle, M31 the conveyor; M36 waits for the operator (Haas 96-8000, "M-Codes")."""
+    for sign, told in (("G154 P3", said), ("G54", True)):
+        assert (("warning", "builders-code") in codes(run, f"G21 G90 {sign}\n{code}\nG0 X1\nM30")) is told

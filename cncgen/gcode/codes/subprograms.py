@@ -48,6 +48,13 @@ def user(ip: Interpreter, block: Block) -> None:
     )
 
 
+#: M codes of Haas's controls that move no axis (96-8000 and 96-8900, "M-Codes"): brakes and chucks, conveyor and spigot, gears, doors, air
+#: and coolant through the spindle, and the mist condenser.
+_OF_HAAS = frozenset(
+    (10, 11, 12, 13, 14, 15, 31, 33, 34, 35, 41, 42, 73, 74, 80, 81, 83, 84, 88, 89, 158, 159)
+)
+
+
 @cache
 def of_builder(number: int, words: str) -> Code:
     """Return the handler of an M code, in tenths, that FANUC leaves to the machine's builder: an event, and a remark.
@@ -57,7 +64,8 @@ def of_builder(number: int, words: str) -> Code:
     name = f"M{number // 10}"
 
     def run(ip: Interpreter, block: Block) -> None:
-        tell_builders(ip, name)
+        if not (number // 10 in _OF_HAAS and ip.flow is not None and ip.flow.of_haas):
+            tell_builders(ip, name)
         _start_driven(ip, block, name)
         ip.sink.call(
             f"USER_DEFINED_FUNCTION_{number // 10}(-1.000000, -1.000000)",
