@@ -44,7 +44,8 @@ def assumed_units(
     """
     if options.units != "auto" or language_of(dialect) not in BOTH or _says_unit(source, dialect):
         return
-    text = _without_comments(source.data[:_HEAD])
+    head = source.data[:_HEAD]
+    text = _without_comments(head)
     first = compiled(signs.LENGTH).search(text)
     if first is None:
         return
@@ -62,6 +63,11 @@ def assumed_units(
         message += ", but G96 S{surface:g} at X{x:g} is {speed:.0f} rpm, far beyond the bound S{bound:g}: that looks like inches".format(
             **values
         )
+        code, severity = "units-doubtful", Severity.WARNING
+    elif (size := compiled(signs.SIZE_IN_INCHES).search(head)) and not compiled(signs.SIZE_IN_MM).search(
+        head
+    ):
+        message += f", but {size['size'].decode()} in a comment is a size in inches"
         code, severity = "units-doubtful", Severity.WARNING
     yield (
         Cursor(0, begin, text[:begin].count(b"\n") + 1),

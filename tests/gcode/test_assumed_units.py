@@ -71,6 +71,21 @@ def test_numbers_that_look_like_inches_are_warned_of(run: Any) -> None:
         assert [code for code, _, _ in said(run, other)] == ["units-assumed"]
 
 
+@pytest.mark.parametrize(
+    ("comment", "code"),
+    [
+        ("(T1 = 1in FACE MILL)", "units-doubtful"),
+        ('; 3/4" DRILL', "units-doubtful"),
+        ("(.5 INCH CUTTER)", "units-doubtful"),
+        ("(T1 IN THE SPINDLE)", "units-assumed"),
+        ("(1/4IN SHANK, 6MM CUTTER)", "units-assumed"),
+    ],
+)
+def test_sizes_in_comments_tell_inches(run: Any, comment: str, code: str) -> None:
+    """A program by hand without G20, whose feeds are too fast to tell (CadeKiely/Hass-CNC-Programs, TEAMMACHINE-ENGRAVE)."""
+    assert [found for found, _, _ in said(run, f"{comment}\nF80\nG1 X-.750 Y.125\nX3.5\nM2\n")] == [code]
+
+
 def test_numbers_without_a_zero_before_the_point_look_like_inches(run: Any) -> None:
     """As programs by hand have them; three decimals with zeros are usual in mm."""
     text = "F50\nG1 X-.750 Y.125\nX4.750 Y-.500\nM2\n"

@@ -397,6 +397,11 @@ UNITS = {
 }
 LENGTH = rb"[XYZxyz](?<![A-Za-z#<].)[ \t]*[-+]?(?P<number>" + _NUMBER + rb")"
 FEED = rb"[Ff](?<![A-Za-z#<].)[ \t]*(?P<number>" + _NUMBER + rb")"
+#: A size in inches, and one in mm, in a comment, as those of tools.
+SIZE_IN_INCHES, SIZE_IN_MM = (
+    rb"[(;][^)\n]*?(?P<size>[\d./]*\d(?:[Ii][Nn]|[ -]?[Ii][Nn][Cc][Hh](?:[Ee][Ss])?|\"))(?![A-Za-z])",
+    rb"[(;][^)\n]*\d ?[Mm][Mm](?![A-Za-z])",
+)
 SURFACE_SPEED, SPEED_BOUND = (
     rb"[Gg][ \t]*" + code + rb"(?![\d.])[^\n]*?[Ss][ \t]*(?P<number>" + _NUMBER + rb")"
     for code in (rb"96", rb"(?:50|92)")
@@ -424,5 +429,7 @@ def patterns() -> Iterator[bytes]:
         FEED,
         SURFACE_SPEED,
         SPEED_BOUND,
+        SIZE_IN_INCHES,
+        SIZE_IN_MM,
         BEFORE_SLASH,
     )
