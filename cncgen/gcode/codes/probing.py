@@ -15,7 +15,7 @@ from cncgen.gcode.codes.table import COMPENSATION, ROTARY_PATH, TOOL_POINT, Code
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage
-from cncgen.gcode.state.parameters import PROBE, PROBE_HIT
+from cncgen.gcode.state.predefined import PROBE, PROBE_HIT
 from cncgen.records import replace
 from cncgen.toolpath.record import Event
 

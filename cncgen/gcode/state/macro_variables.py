@@ -12,7 +12,7 @@ from functools import partial
 
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.state.modal import NO_MOTION
-from cncgen.gcode.state.parameters import PROBE
+from cncgen.gcode.state.predefined import PROBE
 from cncgen.gcode.state.systems import load_system
 from cncgen.machine.tool_table import TIPS, Tool
 from cncgen.toolpath.record import PathMode

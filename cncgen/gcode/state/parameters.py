@@ -32,7 +32,6 @@ HOME_28, HOME_30 = 5161, 5181
 G92_ON, G92 = 5210, 5211
 #: FANUC's common variables that keep their values when the control is switched off.
 KEPT_FANUC = range(500, 1000)
-PROBE, PROBE_HIT = 5061, 5070
 INPUT = 5399
 #: Whether (DEBUG, …) is shown; it begins as 1.
 DEBUGGING = 5599

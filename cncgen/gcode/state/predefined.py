@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 #: Current position in program coordinates and units.
 POSITION = range(5420, 5429)
+#: Where a probe touched, by axis, and whether it did.
+PROBE, PROBE_HIT = 5061, 5070
 #: Faults of the tool changer, which never happen here.
 TOOL_CHANGER = (5600, 5601)
 
