@@ -349,7 +349,11 @@ def test_variables_of_the_control_that_nobody_has_set(run: Any, tmp_path: Any) -
     text = "O1\nG0 X[#1004] Y[#3012]\nX[#4115+1]\nX[#4115+1]\nM30"
     assert fanuc(run, text) == [[1, 0, 0]]
     found = [d for d in run(text, dialect="fanuc").diagnostics if d.code == "variable-assumed"]
-    assert [(d.severity.value, d.span.line) for d in found if d.span] == [("note", 2), ("note", 2), ("note", 3)]
+    assert [(d.severity.value, d.span.line) for d in found if d.span] == [
+        ("note", 2),
+        ("note", 2),
+        ("note", 3),
+    ]
     assert [d.message[:5] for d in found] == ["#1004", "#3012", "#4115"]
     # What the program or a parameter file sets is known; so are origins, of which 0 is a value.
     assert ("note", "variable-assumed") not in remarks(run, "#1004=0\nG0 X[#1004+#5221+#2001+#3001]\nM30")
