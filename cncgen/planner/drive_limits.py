@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, NoPlanError
 from cncgen.machine.record import Axis, Machine
-from cncgen.planner.limits.speed_changes import change_time
+from cncgen.planner.limits.speeds import change_time
 from cncgen.planner.motion import axes_at
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import Limit, Trajectory

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.machine.record import Axis
-from cncgen.planner.limits.program_feeds import programmed_speed
+from cncgen.planner.limits.speeds import programmed_speed
 from cncgen.planner.motion import axes_at, motion_at
 from cncgen.planner.record import Limit, Trajectory
 from cncgen.units import ORDER_NAMES
@@ -119,7 +119,7 @@ class SlowPlaces:
         time, length = np.diff(p.t), np.diff(p.s)
         row = np.searchsorted(trajectory.row_s[1:], 0.5 * (p.s[:-1] + p.s[1:]), side="left")
         row = np.minimum(row, len(rows) - 1)
-        asked = programmed_speed(trajectory.toolpath, trajectory.row_s)[row]
+        asked = programmed_speed(trajectory.toolpath)[row]
         loss = time - length / np.where(asked > 0.0, asked, self._rapid)
         speed = np.append(p.v[1:], np.maximum(motion_at(p, p.t[-1:]).v, 0.0))
         # A piece is slowest at one of its ends.

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from cncgen.diagnostics import Diagnostic, NoPlanError, Span, UsageError
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
-from cncgen.planner.limits.program_feeds import programmed_speed
+from cncgen.planner.limits.speeds import programmed_speed
 from cncgen.planner.motion import Motion, by_time, motion_at
 from cncgen.planner.record import MOST_ROWS, Limit, Profile, Trajectory
 from cncgen.setpoints.record import Setpoints
@@ -179,7 +179,7 @@ def _signal(name: str, ticks: Floats, x: Floats, at: Motion, trajectory: Traject
     rows = np.searchsorted(trajectory.row_s[1:], at.s, side="left")
     rows = np.minimum(rows, len(trajectory.toolpath) - 1)
     if name == "programmed":
-        return programmed_speed(trajectory.toolpath, trajectory.row_s)[rows]
+        return programmed_speed(trajectory.toolpath)[rows]
     found = trajectory.toolpath.source[rows] if name == "source" else trajectory.toolpath.line[rows]
     # While an event lasts the line is its own; lines of events count in the program itself.
     for t_s, line, event in trajectory.events:

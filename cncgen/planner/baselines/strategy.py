@@ -15,8 +15,8 @@ from cncgen.geometry.curvature import CurvatureExtrema, curvature_extrema
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
 from cncgen.planner.assembly import assemble, events_before, timed, waits_of
-from cncgen.planner.limits.bend_speeds import chord_speed, curvature_speed
 from cncgen.planner.limits.row_limits import RowLimits, row_limits_of
+from cncgen.planner.limits.speeds import chord_speed, curvature_speed
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import Limit, Trajectory
 from cncgen.toolpath.record import Kind, Toolpath

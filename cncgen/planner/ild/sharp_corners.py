@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.planner.limits.bend_speeds import chord_speed, curvature_speed
+from cncgen.planner.limits.speeds import chord_speed, curvature_speed
 from cncgen.planner.record import Limit
 
 Floats = NDArray[np.float64]

@@ -16,7 +16,7 @@ from cncgen.geometry.path import Path
 from cncgen.planner.least_time.crawling import crawling
 from cncgen.planner.least_time.speed_caps import SpeedCap
 from cncgen.planner.limits.axis_limits import AxisLimits, resolution
-from cncgen.planner.limits.program_feeds import Feeds
+from cncgen.planner.limits.speeds import Feeds
 from cncgen.toolpath.record import Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -55,7 +55,7 @@ class PathBlock:
     def of(cls, toolpath: Toolpath, cap: SpeedCap | None, bounds: AxisLimits) -> PathBlock:
         """Return a toolpath as a block."""
         path = toolpath.path
-        feeds = Feeds.of(toolpath, path)
+        feeds = Feeds.of(toolpath)
         return cls(toolpath, path, cap, feeds, crawling(path, feeds.speed, bounds))
 
     def top(self, bounds: AxisLimits, s: Floats, x: Floats, side: int) -> Floats:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cncgen.geometry.path import STANDSTILL, Path
 from cncgen.planner.limits.axis_limits import AxisLimits, along_path, resolution
-from cncgen.planner.limits.program_feeds import Feeds
+from cncgen.planner.limits.speeds import Feeds
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -81,7 +81,7 @@ def paced(chunks: Iterable[Toolpath], bounds_of: Callable[[str], AxisLimits]) ->
             yield chunk
             continue
         path = chunk.path
-        speed = Feeds.of(chunk, path).speed
+        speed = Feeds.of(chunk).speed
         met = inverse & (chunk.path_mode == PathMode.CONTINUOUS)
         met &= path.row_length <= _SWALLOWED * chunk.tolerance
         met &= crawling(path, speed, bounds)

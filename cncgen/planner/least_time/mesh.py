@@ -19,7 +19,7 @@ from cncgen.planner.least_time.breakpoints import SHARP, Breakpoints, PathBlock,
 from cncgen.planner.least_time.corners import Corners, corners_of, rows_beside
 from cncgen.planner.least_time.mesh_spacing import MOST, TooManyNodesError, TopAt, placed
 from cncgen.planner.limits.axis_limits import JUMP_SHARE, STEP_TAKES, SWAY_SHARE, AxisLimits, resolution
-from cncgen.planner.limits.program_feeds import Feeds
+from cncgen.planner.limits.speeds import Feeds
 from cncgen.planner.record import Limit
 from cncgen.planner.smoothing.runs import loose
 from cncgen.toolpath.record import Event, Kind, PathMode, Toolpath

@@ -1,8 +1,6 @@
 """The limits that a machine and a program set, beneath all strategies.
 
 axis_limits     the limits of the axes as columns, what a jump of the path takes of them, and what they allow along it
-bend_speeds     the speed at which a bend may be passed
-speed_changes   jerk-limited changes of speed
-program_feeds   the speed that the program asks of each row
+speeds          the speed that the program asks of each row, and at which a bend may be passed; jerk-limited changes of speed
 row_limits      what each row of a toolpath allows along its path
 """

@@ -16,8 +16,7 @@ from cncgen.geometry import elementary
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
 from cncgen.planner.limits.axis_limits import AxisLimits, along_path
-from cncgen.planner.limits.bend_speeds import chord_speed
-from cncgen.planner.limits.program_feeds import Feeds
+from cncgen.planner.limits.speeds import Feeds, chord_speed
 from cncgen.planner.record import Limit
 from cncgen.toolpath.record import FeedMode, Kind, Toolpath
 
@@ -111,7 +110,7 @@ def _feeds(toolpath: Toolpath, path: Path, index: Ints) -> tuple[Floats, NDArray
     wrong = np.flatnonzero(~rapid & ~(np.isfinite(feed) & (feed > 0.0)))
     if len(wrong):
         raise ProgramError(_no_feed(toolpath, index[wrong]))
-    feeds = Feeds.of(toolpath, path)
+    feeds = Feeds.of(toolpath)
     return feeds.speed[index], feeds.limit[index]
 
 

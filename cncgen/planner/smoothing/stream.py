@@ -23,7 +23,7 @@ from cncgen.geometry.path import LINE, Path
 from cncgen.geometry.pieces import ARC_SHARE, Pieces, RowPieces, pieces_of
 from cncgen.machine.record import Machine
 from cncgen.planner.limits.axis_limits import axis_scale
-from cncgen.planner.limits.program_feeds import Feeds
+from cncgen.planner.limits.speeds import Feeds
 from cncgen.planner.smoothing.ends import opened
 from cncgen.planner.smoothing.output import FittedRun, rows_of
 from cncgen.planner.smoothing.runs import TANGENT, Classes, classify
@@ -286,7 +286,7 @@ def _pace(rows: Toolpath, path: Path, at: Ints) -> tuple[Floats, Floats]:
     """Return the curvature of rows in their middles, and their feeds, shape (n,) each, 1/mm and mm/s."""
     bend, curves = np.zeros(len(at)), np.flatnonzero(path.kind[at] != LINE)
     bend[curves] = path.curvature_after(at[curves], 0.5 * path.row_length[at[curves]])
-    return bend, Feeds.of(rows, path).speed[at]
+    return bend, Feeds.of(rows).speed[at]
 
 
 def _deviation(pieces: Pieces, spline: Spline, given: Floats) -> Floats:

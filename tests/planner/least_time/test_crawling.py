@@ -14,7 +14,7 @@ from cncgen.planner import PlanOptions, plan
 from cncgen.planner.least_time import block_planning
 from cncgen.planner.least_time.crawling import crawling, paced
 from cncgen.planner.limits.axis_limits import AxisLimits
-from cncgen.planner.limits.program_feeds import Feeds
+from cncgen.planner.limits.speeds import Feeds
 from cncgen.planner.motion import motion_at
 from cncgen.planner.record import Trajectory
 from cncgen.toolpath.reading import ReadOptions
@@ -129,7 +129,7 @@ def test_what_crawls_is_told_by_speed_and_time() -> None:
     """J T² is 0.05 mm/s, a fiftieth of it 0.06 mm/min; a row must last 2000 times √(v/J) to begin and end at rest."""
     chunk = rows_of("G61 G94 F0.059\nG1 X1\nF0.061 X2\nF0.03 X2.0002\nX2.00021")
     path = chunk.path
-    found = crawling(path, Feeds.of(chunk, path).speed, AxisLimits.of(MACHINE, chunk.axes))
+    found = crawling(path, Feeds.of(chunk).speed, AxisLimits.of(MACHINE, chunk.axes))
     # √(v/J) is 0.1 ms: in 2000 of them the last two rows come 0.1 µm far.
     assert found.tolist()[:4] == [True, False, True, False]
     assert not crawling(path, np.full(len(chunk), np.inf), AxisLimits.of(MACHINE, chunk.axes)).any()
@@ -137,7 +137,7 @@ def test_what_crawls_is_told_by_speed_and_time() -> None:
     stiff = replace(MACHINE, axes={k: replace(axis, max_jerk=1e9) for k, axis in MACHINE.axes.items()})
     quick = rows_of("G61 G94 F2\nG1 X1\nF4 X2\nF600 X20000")
     path = quick.path
-    found = crawling(path, Feeds.of(quick, path).speed, AxisLimits.of(stiff, quick.axes))
+    found = crawling(path, Feeds.of(quick).speed, AxisLimits.of(stiff, quick.axes))
     assert found.tolist()[:3] == [True, False, False]
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from cncgen import pipeline
 from cncgen.machine.record import Axis, Machine
 from cncgen.planner.limits.axis_limits import AxisLimits
-from cncgen.planner.limits.bend_speeds import chord_speed
+from cncgen.planner.limits.speeds import chord_speed
 from cncgen.planner.record import Limit
 from cncgen.units import DEGREE
 

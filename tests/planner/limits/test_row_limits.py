@@ -17,8 +17,8 @@ from cncgen.planner.checks import checked
 from cncgen.planner.ild.junctions import joint_speeds, turned
 from cncgen.planner.ild.sharp_corners import CornerRule
 from cncgen.planner.limits.axis_limits import AxisLimits
-from cncgen.planner.limits.bend_speeds import chord_speed, curvature_speed
 from cncgen.planner.limits.row_limits import row_limits_of
+from cncgen.planner.limits.speeds import chord_speed, curvature_speed
 from cncgen.planner.record import Limit
 from cncgen.planner.strategies import available, strategy
 from cncgen.toolpath.record import FeedMode, PathMode, Toolpath

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 from cncgen.planner.ild.look_ahead import SegmentPieces, Segments, build
-from cncgen.planner.limits.speed_changes import change_time
+from cncgen.planner.limits.speeds import change_time
 
 RNG = np.random.default_rng(20_261)
 
