@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Span
-from cncgen.planner.assembly import assemble
+from cncgen.planner.assembly import assemble, timed
 from cncgen.planner.ild.look_ahead import SegmentPieces, Segments
 from cncgen.planner.ild.stretch import Stretch
 from cncgen.planner.profile_parts import arrival_at, cut
@@ -42,16 +42,6 @@ class OpenPath:
     first: list[int]
     kept: Ints
     segments: Segments
-
-
-@dataclass(frozen=True, slots=True)
-class _OpenEvent:
-    """An event with the number of its stretch, its joint, and its source line."""
-
-    stretch: int
-    joint: int
-    line: int
-    event: Event
 
 
 @dataclass(slots=True)
@@ -133,41 +123,38 @@ class OpenStretches:
             speeds: Shape (joints of `pieces`,), mm/s.
             upto: How many of the segments are final.
         """
-        final = int(open_path.kept[upto])
-        events = self._events(open_path, final)
-        waits = np.zeros(upto + 1)
-        for event in events:
-            if event.event.wait_s > 0.0:
-                waits[np.searchsorted(open_path.kept, event.joint)] += event.event.wait_s
-        profile, arrival = laid_out(
-            self.t_s, open_path.place[open_path.kept[: upto + 1]], pieces, joint[: upto + 1], waits
-        )
-        times = _times(profile, open_path, events, arrival)
-        joints = np.arange(final + 1)
-        time = np.interp(joints, open_path.kept[: upto + 1], arrival)
-        speed = np.interp(joints, open_path.kept, speeds[joint])
+        kept, waits = open_path.kept[: upto + 1], np.zeros(upto + 1)
+        final = int(kept[-1])
+        owners, events = self._events(open_path, final)
+        for at, _, event in events:
+            if event.wait_s > 0.0:
+                waits[np.searchsorted(kept, at)] += event.wait_s
+        profile, reached = laid_out(self.t_s, open_path.place[kept], pieces, joint[: upto + 1], waits)
+        arrival = arrival_at(profile, open_path.place[: final + 1])
+        # A place of the profile is a sum of lengths and may differ from the joint's in its last bits, so a wait would be passed.
+        arrival[kept] = reached
+        happened = timed(events, arrival)
+        speed = np.interp(np.arange(final + 1), open_path.kept, speeds[joint])
         done: list[Trajectory] = []
         for number, stretch in enumerate(self.stretches):
             a, b = open_path.first[number], open_path.first[number + 1]
             end = min(b, final)
             if a > final or (b > final and a == final):
                 break
-            own = [i for i, e in enumerate(events) if e.stretch == number]
             over = [
-                times[i] + e.event.wait_s
-                for i, e in enumerate(events)
-                if e.joint == end and e.stretch <= number
+                t + event.wait_s
+                for owner, (at, *_), (t, _, event) in zip(owners, events, happened, strict=True)
+                if at == end and owner <= number
             ]
-            until = max([self.t_s, float(arrival_at(profile, open_path.place[end : end + 1])[0]), *over])
+            until = max([self.t_s, float(arrival[end]), *over])
+            part = cut(profile, self.t_s, until)
             done.append(
                 Trajectory(
                     toolpath=stretch.toolpath,
                     row_s=np.asarray(stretch.path.row_s),
-                    profile=_local(
-                        cut(profile, self.t_s, until), stretch, float(open_path.place[a]), end - a
-                    ),
-                    events=tuple((times[i], events[i].line, events[i].event) for i in own),
-                    corners=tuple(self._corners(stretch, end - a, speed[a:], time[a:])),
+                    profile=_local(part, stretch, float(open_path.place[a]), end - a),
+                    events=tuple(h for owner, h in zip(owners, happened, strict=True) if owner == number),
+                    corners=tuple(self._corners(stretch, end - a, speed[a:], arrival[a:])),
                     values={"corners_total": self.corners},
                 )
             )
@@ -177,16 +164,18 @@ class OpenStretches:
         self.speed_mm_s = float(speeds[joint[upto]])
         return done
 
-    def _events(self, open_path: OpenPath, final: int) -> list[_OpenEvent]:
-        """Return the events up to a joint in order; at that joint, only those of stretches that end there."""
-        found = []
+    def _events(self, open_path: OpenPath, final: int) -> tuple[list[int], list[tuple[int, int, Event]]]:
+        """Return the events up to a joint in order, with their joints and source lines, and the number of the stretch of each; at that
+        joint, only those of stretches that end there."""
+        owners, found = [], []
         for number, stretch in enumerate(self.stretches):
             a, b = open_path.first[number], open_path.first[number + 1]
             for at, line, event in stretch.events:
                 joint = a + at - stretch.used
                 if at >= stretch.used and (joint < final or b <= final):
-                    found.append(_OpenEvent(number, joint, line, event))
-        return found
+                    owners.append(number)
+                    found.append((joint, line, event))
+        return owners, found
 
     def _corners(self, stretch: Stretch, count: int, speed: Floats, time: Floats) -> list[SharpCorner]:
         """Name the sharp corners among the next `count` joints of a stretch; speeds and times begin with the first."""
@@ -244,28 +233,6 @@ def laid_out(
     p = pieces
     moves = (p.duration[:count], p.v[:count], p.a[:count], p.j[:count], p.c[:count])
     return assemble(start_s, s, moves, pieces.limit[:count], offset, waits)
-
-
-def _times(profile: Profile, open_path: OpenPath, events: list[_OpenEvent], arrival: Floats) -> list[float]:
-    """Return the time of each event: the arrival at its joint, and the waits of those before it there.
-
-    Args:
-        profile: The motion.
-        open_path: Its joints.
-        events: In their order.
-        arrival: Shape (k,): when the first k kept joints are reached.
-    """
-    times: list[float] = []
-    joints = np.array([e.joint for e in events], dtype=np.int64)
-    arrivals = arrival_at(profile, open_path.place[joints])
-    # A place of the profile is a sum of lengths and may differ from the joint's in its last bits, so a wait would be passed.
-    kept = open_path.kept[: len(arrival)]
-    at = np.minimum(np.searchsorted(kept, joints), len(kept) - 1)
-    arrivals = np.where(kept[at] == joints, arrival[at], arrivals)
-    for i, event in enumerate(events):
-        follows = i > 0 and events[i - 1].joint == event.joint
-        times.append(times[-1] + events[i - 1].event.wait_s if follows else float(arrivals[i]))
-    return times
 
 
 def _local(part: Profile, stretch: Stretch, origin: float, count: int) -> Profile:
