@@ -117,7 +117,7 @@ def _strategies(
 ) -> tuple[str, dict[str, Any]]:
     from cncgen.pipeline import driven_axes
     from cncgen.planner.options import INTERPOLATORS
-    from cncgen.planner.strategies import available
+    from cncgen.planner.strategies import FEEDRATES
     from cncgen.report.comparing import interpolator_table, strategy_table, strategy_values
     from cncgen.report.comparison import check_names, compare_interpolators, compare_strategies
 
@@ -126,7 +126,7 @@ def _strategies(
     figures = compare_strategies(toolpaths, machine, options, feedrates, axes, reference)
     names = interpolators or list(dict.fromkeys(("arclength", "taylor1", "taylor2", options.interpolator)))
     fluctuations = compare_interpolators(toolpaths, machine, options, names, axes, reference)
-    own = [g.time_s for g in figures if g.feedrate == (options.feedrate or available()[0])]
+    own = [g.time_s for g in figures if g.feedrate == (options.feedrate or FEEDRATES[0])]
     if own and fluctuations[0].fault is None and fluctuations[0].time_s != own[0]:
         messages.note(
             "interpolators are compared on a plan of the speed along the smoothed path (--effort fast): "

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from cncgen.arguments import declared, expect, expect_fields, expect_path, undrawn
-from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, RemarkWarning, Span
+from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, RemarkWarning
 from cncgen.pipeline.reading import PLANNED, PREDICTED, read, sound
 from cncgen.shown import html_of
 from cncgen.toolpath.reading import ReadOptions
@@ -214,7 +214,7 @@ def _bounded(plan: Iterator[Trajectory], period_s: float, steps: int) -> Iterato
                 Diagnostic(
                     "long-plan",
                     f"{pieces} pieces of motion and {setpoints:.0f} setpoints come of {last} lines: the plan counts as endless",
-                    span=Span(rows.sources[int(rows.source[row])], int(rows.line[row])),
+                    span=rows.span(row),
                     hint="look for a long loop, and a feed or dwell in the wrong unit; --max-steps allows more",
                     values={"pieces": pieces, "setpoints": setpoints},
                 )
@@ -301,10 +301,10 @@ def summary_of(
     program: Program, machine: Machine, options: PlanOptions, line_times: LineTimes | None = None
 ) -> Summary:
     """Return the summary that a plan with these options fills; for another control's times it is an estimate."""
-    from cncgen.planner.strategies import available
+    from cncgen.planner.strategies import FEEDRATES
     from cncgen.report.summary import Summary
 
-    how, estimate = options.control or options.feedrate or available()[0], options.control is not None
+    how, estimate = options.control or options.feedrate or FEEDRATES[0], options.control is not None
     return Summary(program, machine, how, line_times, interpolator=options.interpolator, estimate=estimate)
 
 

@@ -11,7 +11,7 @@ from contextlib import contextmanager, nullcontext
 from types import ModuleType
 
 from cncgen.arguments import declared, expect, expect_fields, expect_path, wrong
-from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, Span, UsageError
+from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
 from cncgen.extensions import DIALECT_GROUP, foreign_module, is_brought, part_of
 from cncgen.files import STANDARD, open_input, peeked
 from cncgen.pipeline.file_kinds import SUFFIXES, holds_setpoints, language_of, other_kind
@@ -287,7 +287,7 @@ def sound(program: Program, most: tuple[int, int] = PLANNED, spindle: float = 1.
                 Diagnostic(
                     "too-many-steps",
                     f"more than {bound} motions and events come of {last} lines: the program counts as endless",
-                    span=Span(chunk.sources[int(chunk.source[row])], int(chunk.line[row])),
+                    span=chunk.span(row),
                     hint="--max-steps sets the bound",
                 )
             )

@@ -39,7 +39,7 @@ def plan(
     Args:
         chunks: Consecutive stretches of one program.
         machine: Limits, period and servo data.
-        options: The options; by default the best strategy installed, exact interpolation, no saturation.
+        options: The options; by default `optimal`, exact interpolation, no saturation.
 
     Yields:
         `Trajectory` after `Trajectory`, without a gap in time or position, each as soon as it is final. Remarks for the user

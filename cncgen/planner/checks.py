@@ -11,7 +11,7 @@ from cncgen.diagnostics import CncgenError, Diagnostic, Diagnostics, NoPlanError
 from cncgen.machine.record import Machine
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import MOST_ROWS
-from cncgen.planner.travel import Travel, span_of
+from cncgen.planner.travel import Travel
 from cncgen.toolpath.gate import beyond_numbers
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 
@@ -95,7 +95,7 @@ def _missing_axes(chunk: Toolpath, machine: Machine, known: set[str]) -> list[Di
                 Diagnostic(
                     "axis-missing",
                     f"the program moves axis {letter}, which machine {machine.name} does not have",
-                    span=span_of(chunk, int(rows[0])),
+                    span=chunk.span(rows[0]),
                     hint=f"its axes are {' '.join(machine.axes)}; choose another machine with --machine",
                 )
             )
@@ -126,7 +126,7 @@ def _endless(chunk: Toolpath, machine: Machine, found: Diagnostics) -> None:
                 "motion-endless",
                 f"{'the dwell' if stands[row] else f'the motion of {length[row]:.4g} mm'} takes {seconds[row]:.4g} s at least, more than {MOST_ROWS:.0e} setpoints "
                 f"every {1e3 * machine.period_s:g} ms",
-                span=span_of(chunk, row),
+                span=chunk.span(row),
                 hint="look at its feed, its length and, of an arc, its number of turns",
                 values={"time_s": float(seconds[row])},
             )

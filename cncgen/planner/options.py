@@ -28,7 +28,7 @@ class PlanOptions:
     """How a toolpath is planned. The names are those of ``cncgen plan``.
 
     Attributes:
-        feedrate: Strategy, one of `cncgen.planner.strategies.available`; None: the best one there is.
+        feedrate: Strategy, one of `cncgen.planner.strategies.FEEDRATES`; None: the first of them.
         interpolator: One of `INTERPOLATORS`.
         saturation: One of `SATURATIONS`.
         profile: Acceleration and deceleration of `ild`, one of `PROFILES`.

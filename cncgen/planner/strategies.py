@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import importlib.util
 from collections.abc import Iterable, Iterator
 from typing import Protocol
 
@@ -13,7 +12,7 @@ from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import Trajectory
 from cncgen.toolpath.record import Toolpath
 
-#: Name -> (module, function), the best first: the first one whose module is there is the default.
+#: Name -> (module, function), the default first.
 _STRATEGIES = {
     "optimal": ("cncgen.planner.least_time.strategy", "plan_least_time"),
     "ild": ("cncgen.planner.ild.strategy", "plan_ild"),
@@ -33,18 +32,15 @@ class Strategy(Protocol):
         ...
 
 
-def available() -> tuple[str, ...]:
-    """Return the names of the strategies that are installed, the default first."""
-    return tuple(name for name, (module, _) in _STRATEGIES.items() if importlib.util.find_spec(module))
+FEEDRATES = tuple(_STRATEGIES)
 
 
 def strategy(name: str | None) -> Strategy:
     """Return the strategy of that name, the default for None; raise `UsageError` for any other name."""
-    names = available()
-    chosen = names[0] if name is None else name
-    if chosen not in names:
+    chosen = name or FEEDRATES[0]
+    if chosen not in _STRATEGIES:
         raise UsageError(
-            Diagnostic("option-value", f"feedrate = {chosen!r} is not one of {', '.join(names)}")
+            Diagnostic("option-value", f"feedrate = {chosen!r} is not one of {', '.join(FEEDRATES)}")
         )
     module, function = _STRATEGIES[chosen]
     found: Strategy = getattr(importlib.import_module(module), function)

@@ -95,8 +95,8 @@ class Travel:
                 worst = first + int(beyond[first:last, column].argmax())
                 position = float(place[worst, column])
                 found = _Excursion(
-                    begin=span_of(chunk, int(rows[first])),
-                    furthest=span_of(chunk, int(rows[worst])),
+                    begin=chunk.span(rows[first]),
+                    furthest=chunk.span(rows[worst]),
                     position=position,
                     ends=position == chunk.end[rows[worst], column],
                     beyond=float(beyond[worst, column]),
@@ -147,7 +147,7 @@ class Travel:
         letter, start = chunk.axes[column], float(chunk.start[column])
         verb = f"starts at {start * to_file(letter):.4f} {file_unit(letter)}"
         hint = "say where the machine stands in a comment before the first motion: (START, X... Y...)"
-        return self._fault(letter, verb, "", span_of(chunk, 0), start, hint)
+        return self._fault(letter, verb, "", chunk.span(0), start, hint)
 
     def _fault(
         self, letter: str, verb: str, more: str, span: Span, position: float, hint: str = ""
@@ -181,8 +181,3 @@ def _reach(chunk: Toolpath, low: Floats, high: Floats) -> tuple[Floats, Floats]:
         for row in rows[np.take(leaves, chunk.curve[rows])]:
             lowest[row], highest[row] = nurbs_extents(chunk.nurbs, int(chunk.curve[row]))
     return lowest, highest
-
-
-def span_of(chunk: Toolpath, row: int) -> Span:
-    """Return the line of a row."""
-    return Span(chunk.sources[int(chunk.source[row])], int(chunk.line[row]))

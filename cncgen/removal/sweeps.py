@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import Diagnostic, ProgramError, Span
+from cncgen.diagnostics import Diagnostic, ProgramError
 from cncgen.toolpath.record import FeedMode, Kind, Toolpath
 
 Floats = NDArray[np.float64]
@@ -91,7 +91,7 @@ def _far_turned(path: Toolpath, row: int, pieces: float) -> Diagnostic:
     return Diagnostic(
         "cut-turns",
         f"the motion turns the tool's axis so far that it is cut in {pieces:.6g} pieces, more than {MOST_PIECES}",
-        span=Span(path.sources[int(path.source[row])], int(path.line[row])),
+        span=path.span(row),
         hint="was a decimal point lost? a larger --cell makes fewer pieces",
     )
 

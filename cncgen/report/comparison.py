@@ -18,7 +18,7 @@ from cncgen.planner.interpolators import retime
 from cncgen.planner.motion import motion_at, time_at
 from cncgen.planner.options import INTERPOLATORS
 from cncgen.planner.record import Trajectory
-from cncgen.planner.strategies import available, strategy
+from cncgen.planner.strategies import FEEDRATES, strategy
 from cncgen.servo.command_limits import breaks, broken_values
 from cncgen.servo.contour import contour_error
 from cncgen.servo.record import Response
@@ -126,7 +126,7 @@ def compare_strategies(
         toolpaths: The program.
         machine: Limits and servo data.
         options: Everything but the strategy.
-        names: Strategies; None: ``adaptive``, ``curvature``, ``ild`` and, where it is installed, ``optimal``.
+        names: Strategies; None: ``adaptive``, ``curvature``, ``ild`` and ``optimal``.
         axes: Columns that are simulated; None: the axes that the program moves.
         reference: Setpoints whose path they are judged by too.
 
@@ -136,8 +136,8 @@ def compare_strategies(
     Raises:
         UsageError: A strategy is unknown.
     """
-    check_names("feedrate", names or (), available())
-    chosen = names or [n for n in ("adaptive", "curvature", "ild", "optimal") if n in available()]
+    check_names("feedrate", names or (), FEEDRATES)
+    chosen = names or ("adaptive", "curvature", "ild", "optimal")
     moved = axes or moving_axes(toolpaths)
     figures = []
     for name in chosen:
@@ -191,7 +191,7 @@ def _figures(
     errors = None if responses is None else _contour_errors(responses, axes)
     predicted = predicted_errors(trajectories, machine, options)
     return StrategyFigures(
-        feedrate=options.feedrate or available()[0],
+        feedrate=options.feedrate or FEEDRATES[0],
         time_s=float(trajectories[-1].profile.t[-1]),
         contour_max_mm=None if errors is None else float(errors.max()),
         contour_rms_mm=None if errors is None else float(np.sqrt(np.mean(errors[: len(position)] ** 2))),

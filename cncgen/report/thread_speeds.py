@@ -53,8 +53,7 @@ class ThreadSpeeds:
         if not len(pieces):
             return
         if self._span is None:
-            first = row[pieces[0]]
-            self._span = Span(rows.sources[int(rows.source[first])], int(rows.line[first]))
+            self._span = rows.span(row[pieces[0]])
         feed = rows.feed[row[pieces]]
         share = top_mm_s[pieces] / feed
         best = int(share.argmax())

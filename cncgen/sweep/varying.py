@@ -226,13 +226,13 @@ def _check_tables(reader: SweepReader, path: str, name: str, tables: Tables, hin
 def _check_options(reader: SweepReader, path: str, options: Mapping[str, Any]) -> None:
     """Note options that the stages would refuse."""
     from cncgen.planner import PlanOptions
-    from cncgen.planner.strategies import available
+    from cncgen.planner.strategies import FEEDRATES
     from cncgen.servo.named_schemes import NAMES
     from cncgen.sweep.figures import READING
     from cncgen.toolpath.reading import ReadOptions
 
     known = planning_options()
-    words = {"feedrate": tuple(available()), "controller": NAMES}
+    words = {"feedrate": FEEDRATES, "controller": NAMES}
     for key, allowed in words.items():
         if key in options and options[key] not in allowed:
             reader.fault(

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import Diagnostic, Span
+from cncgen.diagnostics import Diagnostic
 from cncgen.ranges import FEEDS, KNOT_PART, POSITION, TOLERANCE_MM, WEIGHT_RATIO
 from cncgen.toolpath.record import FeedMode, Kind, Toolpath
 
@@ -110,6 +110,7 @@ def _first(wrong: Flags) -> int | None:
 def _fault(
     chunk: Toolpath, row: int, said: str, value: float, bound: str, hint: str, unit: str = "mm or rad"
 ) -> Diagnostic:
-    span = Span(chunk.sources[int(chunk.source[row])], int(chunk.line[row]))
     message = " ".join(f"{said} {value:.9g} {unit}".split()) + f", not within {bound}"
-    return Diagnostic("number-range", message, span=span, hint=hint, values={"value": float(value)})
+    return Diagnostic(
+        "number-range", message, span=chunk.span(row), hint=hint, values={"value": float(value)}
+    )

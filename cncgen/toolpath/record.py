@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 
-from cncgen.diagnostics import Diagnostics
+from cncgen.diagnostics import Diagnostics, Span
 from cncgen.records import IntEnum, dataclass, field
 
 TYPE_CHECKING = False
@@ -176,6 +176,10 @@ class Toolpath:
         """Return the columns of some rows by name, those of `chord_room` among them where there are any."""
         found = {name: getattr(self, name)[rows] for name in self.COLUMNS}
         return found if self.chord_room is None else found | {"chord_room": self.chord_room[rows]}
+
+    def span(self, row: int) -> Span:
+        """Return the line of the program that a row comes from."""
+        return Span(self.sources[int(self.source[row])], int(self.line[row]))
 
     @property
     def path(self) -> Path:

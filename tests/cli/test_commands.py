@@ -387,10 +387,10 @@ def test_choices_are_those_of_the_rooms() -> None:
     from cncgen.gcode.codes import reference
     from cncgen.machine.settings_schema import DIALECTS
     from cncgen.planner import options as planning
-    from cncgen.planner.strategies import available
+    from cncgen.planner.strategies import FEEDRATES
 
     assert tuple(pipeline.SUFFIXES) == options.LANGUAGES
-    assert available() == options.FEEDRATES
+    assert FEEDRATES == options.FEEDRATES
     assert ("auto", *DIALECTS) == options.DIALECTS
     assert set(reference.DIALECTS) == set(DIALECTS) - {"fanuc-lathe-b", "fanuc-lathe-c"}
     for name in ("INTERPOLATORS", "SATURATIONS", "PROFILES", "EFFORTS", "CONTROLS", "LEAST_CONTOUR_ERROR_MM"):

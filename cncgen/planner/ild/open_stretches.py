@@ -75,10 +75,8 @@ class OpenStretches:
             if place <= length:
                 break
             place -= length
-        rows = stretch.toolpath
-        row = int(np.searchsorted(stretch.path.row_s[1:], stretch.s[stretch.used] + place))
-        row = min(row, len(rows) - 1)
-        return Span(rows.sources[int(rows.source[row])], int(rows.line[row]))
+        row = np.searchsorted(stretch.path.row_s[1:], stretch.s[stretch.used] + place)
+        return stretch.toolpath.span(min(int(row), len(stretch.toolpath) - 1))
 
     def open_path(self) -> OpenPath:
         """Number the open joints, and drop those that hold nothing back."""

@@ -98,8 +98,7 @@ class MeshPath:
             if way <= last - first:
                 break
             way -= last - first
-        toolpath, row = mesh.toolpath, int(mesh.path.row_of(np.array([first + way]))[0])
-        return Span(toolpath.sources[int(toolpath.source[row])], int(toolpath.line[row]))
+        return mesh.toolpath.span(mesh.path.row_of(np.array([first + way]))[0])
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import Diagnostic, NoPlanError, Span
+from cncgen.diagnostics import Diagnostic, NoPlanError
 from cncgen.geometry.columns import max_over_axes
 from cncgen.geometry.path import Path
 from cncgen.kernels import node_places
@@ -263,7 +263,7 @@ def _too_many(toolpath: Toolpath, path: Path, many: TooManyNodesError) -> Diagno
     return Diagnostic(
         "too-many-nodes",
         f"a plan of this motion and those around needs {many.nodes:,.0f} nodes, and has room for {MOST:,}",
-        span=Span(toolpath.sources[int(toolpath.source[row])], int(toolpath.line[row])),
+        span=toolpath.span(row),
         hint="it takes hours at the limits of some axis; are they in mm, degrees and s?",
         values={"nodes": many.nodes, "most": MOST},
     )

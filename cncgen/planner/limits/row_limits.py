@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, Span
+from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError
 from cncgen.geometry import elementary
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
@@ -109,21 +109,18 @@ def _feeds(toolpath: Toolpath, path: Path, index: Ints) -> tuple[Floats, NDArray
     feed, rapid = toolpath.feed[index], toolpath.feed_mode[index] == FeedMode.RAPID
     wrong = np.flatnonzero(~rapid & ~(np.isfinite(feed) & (feed > 0.0)))
     if len(wrong):
-        raise ProgramError(_no_feed(toolpath, index[wrong]))
+        faults = (
+            Diagnostic(
+                "feed-missing",
+                f"a cutting motion needs a feed greater than 0, and has {toolpath.feed[row]:g}",
+                span=toolpath.span(row),
+                hint="give F before the motion",
+            )
+            for row in index[wrong]
+        )
+        raise ProgramError(Diagnostics(faults))
     feeds = Feeds.of(toolpath)
     return feeds.speed[index], feeds.limit[index]
-
-
-def _no_feed(toolpath: Toolpath, rows: Ints) -> Diagnostics:
-    return Diagnostics(
-        Diagnostic(
-            "feed-missing",
-            f"a cutting motion needs a feed greater than 0, and has {toolpath.feed[row]:g}",
-            span=Span(toolpath.sources[int(toolpath.source[row])], int(toolpath.line[row])),
-            hint="give F before the motion",
-        )
-        for row in rows
-    )
 
 
 def _shares(

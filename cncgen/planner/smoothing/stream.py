@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import Diagnostic, NoPlanError, Span
+from cncgen.diagnostics import Diagnostic, NoPlanError
 from cncgen.geometry.corridor import (
     END_DERIVATIVES,
     END_POINT,
@@ -324,7 +324,7 @@ def _no_curve(rows: Toolpath, window: Ints, fault: CorridorError) -> NoPlanError
         Diagnostic(
             "smoothing",
             f"lines {first} to {last}: {fault}",
-            span=Span(rows.sources[int(rows.source[window[0]])], first),
+            span=rows.span(window[0]),
             hint="G61 before these lines follows them exactly; please report the program",
         )
     )

@@ -20,7 +20,7 @@ from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.limits.row_limits import row_limits_of
 from cncgen.planner.limits.speeds import chord_speed, curvature_speed
 from cncgen.planner.record import Limit
-from cncgen.planner.strategies import available, strategy
+from cncgen.planner.strategies import FEEDRATES, strategy
 from cncgen.toolpath.record import FeedMode, PathMode, Toolpath
 
 
@@ -133,8 +133,8 @@ def test_options_name_every_fault() -> None:
 
 def test_registry_names_what_is_there() -> None:
     """The baselines and ild are always there; an unknown name is refused with the names."""
-    assert {"ild", "constant", "adaptive", "curvature"} <= set(available())
+    assert {"ild", "constant", "adaptive", "curvature"} <= set(FEEDRATES)
     assert strategy("constant").__name__ == "plan_constant"
-    assert strategy(None) is strategy(available()[0])
+    assert strategy(None) is strategy(FEEDRATES[0])
     with pytest.raises(UsageError, match="quickest"):
         strategy("quickest")
