@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
-from cncgen.planner.motion import motion_at, time_at
+from cncgen.planner.motion import arrival_at, cut, joined, motion_at, stepped, time_at
 from cncgen.planner.options import TWO_STAGE, PlanOptions
-from cncgen.planner.profile_parts import arrival_at, cut, joined, stepped
 from cncgen.planner.record import Profile, Trajectory
 from cncgen.planner.stateline_interpolation import hold_together
 from cncgen.toolpath.record import Kind

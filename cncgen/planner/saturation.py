@@ -24,9 +24,8 @@ from cncgen.kernels import step_limit as kernel
 from cncgen.machine.record import Machine
 from cncgen.machine.servo_schema import resolve
 from cncgen.planner.contour_prediction import servo_of
-from cncgen.planner.motion import motion_at
+from cncgen.planner.motion import motion_at, stepped
 from cncgen.planner.options import PlanOptions
-from cncgen.planner.profile_parts import stepped
 from cncgen.planner.record import Limit, Profile, Trajectory
 from cncgen.units import to_file
 

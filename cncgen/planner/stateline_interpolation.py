@@ -19,9 +19,8 @@ from cncgen.diagnostics import Diagnostic
 from cncgen.machine.record import Machine
 from cncgen.machine.servo_schema import TransferFunction
 from cncgen.planner.contour_prediction import ErrorFilters, increment_filter, predictions
-from cncgen.planner.motion import motion_at
+from cncgen.planner.motion import cut, joined, motion_at
 from cncgen.planner.options import PlanOptions
-from cncgen.planner.profile_parts import cut, joined
 from cncgen.planner.record import Limit, Profile, Trajectory
 from cncgen.units import is_rotary
 

@@ -13,7 +13,7 @@ import cncgen
 from cncgen.diagnostics import NoPlanError, UsageError
 from cncgen.geometry.tables import NurbsTable, empty_arcs, empty_nurbs
 from cncgen.machine import Machine, load
-from cncgen.planner.profile_parts import cut
+from cncgen.planner.motion import cut
 from cncgen.planner.record import Limit, Profile, Trajectory
 from cncgen.setpoints import sampling
 from cncgen.setpoints.sampling import sample

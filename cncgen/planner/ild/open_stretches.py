@@ -16,7 +16,7 @@ from cncgen.diagnostics import Span
 from cncgen.planner.assembly import assemble, timed
 from cncgen.planner.ild.look_ahead import SegmentPieces, Segments
 from cncgen.planner.ild.stretch import Stretch
-from cncgen.planner.profile_parts import arrival_at, cut
+from cncgen.planner.motion import arrival_at, cut
 from cncgen.planner.record import MAX_CORNERS, Limit, Profile, SharpCorner, Trajectory
 from cncgen.toolpath.record import Event
 

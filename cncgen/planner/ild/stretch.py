@@ -12,7 +12,6 @@ from cncgen.geometry.curvature import CurvatureExtrema, curvature_extrema
 from cncgen.geometry.path import Path
 from cncgen.machine.record import Machine
 from cncgen.planner.assembly import events_before
-from cncgen.planner.ild.junctions import joint_speeds, turned
 from cncgen.planner.ild.sharp_corners import CornerRule
 from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.limits.row_limits import RowLimits, row_limits_of
@@ -24,6 +23,8 @@ Ints = NDArray[np.int64]
 
 #: mm: joints that are closer are one.
 _SAME_PLACE = 1e-9
+#: Turn of the tangent below which two rows count as tangent: rounding of nine-digit coordinates, not a corner.
+_TANGENT = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,6 +153,32 @@ def _joined(
     _bent(stretch, rows, before is not None)
     _stops(stretch, rows)
     return stretch
+
+
+def turned(turn: Floats) -> NDArray[np.bool_]:
+    """Tell at which joints the tangent turns by more than rounding, shape (n,)."""
+    return np.any(np.abs(turn) >= _TANGENT, axis=1)
+
+
+def joint_speeds(turn: Floats, bend: Floats, limits: AxisLimits) -> Floats:
+    """Return the speed at which each joint of two rows may be passed, from the limits of the axes within one period (docs/ild.md):
+
+    v |Δt_i| <= min(A_i T, J_i T²)  where the tangent turns,   v² |Δ(κn)_i| <= J_i T  where only the curvature jumps.
+
+    Args:
+        turn, bend: Shape (n, axes), steps of dx/ds and d²x/ds² from the row before the joint to the row after it.
+        limits: Limits of the axes, and T.
+
+    Returns:
+        Shape (n,), mm/s; infinite where nothing jumps.
+    """
+    jump = np.abs(bend)
+    turn = np.abs(turn)
+    turn[turn < _TANGENT] = 0.0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        by_turn = np.where(turn > 0.0, limits.speed_step / turn, np.inf).min(axis=1, initial=np.inf)
+        by_jump = np.where(jump > 0.0, np.sqrt(limits.jerk * limits.period_s / jump), np.inf)
+    return np.minimum(by_turn, by_jump.min(axis=1, initial=np.inf))
 
 
 def _bend_speed(curvature: Floats, centripetal: Floats | float, jerk: Floats | float) -> Floats:

@@ -3,7 +3,6 @@
 The unknown is q(s) = v², the square of the speed along the path, as in Verscheure et al. (2009) and, with jerk limits,
 Debrouwere et al. (2013). Modules in the order in which data passes them:
 
-    fixed_blocks         chunks of the toolpath become blocks of about the same work
     crawling             rows that are so slow that the motion stops at their ends
     breakpoints          where the derivatives of a block and of its neighbours may jump (`Breakpoints`)
     corners              what these are: where to stop, and how fast a corner may be passed (`Corners`)
@@ -16,7 +15,7 @@ Debrouwere et al. (2013). Modules in the order in which data passes them:
     rolling_window       the look-ahead: solves the open intervals down to a stop, and hands on what is final
     setpoint_alignment   how long a rest in a corner lasts until a setpoint is near enough to it
     timeline             what is final, in time: trajectories, and where they slow down for corners
-    block_planning       runs all of this, in threads (`prefetch`), below speed limits from outside (`speed_caps`)
+    block_planning       cuts the toolpath into blocks of about the same work and runs all of this, in threads (`prefetch`), below speed limits from outside (`speed_caps`)
     replanning           the speed of one plan becomes the bound of the next
     contour_bound        plans under a bound of the predicted contour error
     strategy             chooses among the last two

@@ -6,12 +6,12 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cncgen.machine.record import Machine
 from cncgen.planner.assembly import assemble, timed, waits_of
 from cncgen.planner.least_time.breakpoints import Breakpoints, PathBlock, breakpoints_of
 from cncgen.planner.least_time.crawling import paced
-from cncgen.planner.least_time.fixed_blocks import blocks
 from cncgen.planner.least_time.mesh import ENTER, LEAVE, Mesh, mesh_of
 from cncgen.planner.least_time.prefetch import prefetch
 from cncgen.planner.least_time.rolling_window import RollingWindow
@@ -21,14 +21,16 @@ from cncgen.planner.limits.axis_limits import AxisLimits, chord_reserve
 from cncgen.planner.record import Limit, Trajectory
 from cncgen.planner.smoothing import chord_speed_within, smooth
 from cncgen.toolpath.record import Kind, PathMode, Toolpath
-from cncgen.toolpath.slicing import join
+from cncgen.toolpath.slicing import between, join
 
-#: Control points of the first block, for which the first setpoints wait, and of a block at most (`fixed_blocks`): 128 and 2048 rows that
+#: Control points of the first block, for which the first setpoints wait, and of a block at most (`blocks`): 128 and 2048 rows that
 #: are straight.
 FIRST, MOST = 512, 8192
 #: Results that wait while another is made and this one is worked on, and meshes that do: their times differ more, as some windows need
 #: more runs. With two in wait solving and reading together take 5 % less time.
 PREFETCHED, MESHES = 1, 2
+#: A row counts as much as this many control points of a NURBS: nodes stand about its ends, and about the knots of a curve.
+_ROW = 4
 #: Breakpoints of a neighbour that a block is classified with. A difference of setpoints spans three periods; where rows take a
 #: twentieth of a period, it spans about 60 of them.
 _BESIDE = 64
@@ -48,6 +50,40 @@ def smooth_blocks(
     for block in blocks(smooth(steady, machine), FIRST, MOST):
         speed = chord_speed_within(block, chord_reserve(machine, block.axes), machine.period_s)
         yield block, SpeedCap(speed, Limit.CHORD, straight=False) if speed else None
+
+
+def blocks(chunks: Iterable[Toolpath], size: int, most: int) -> Iterator[Toolpath]:
+    """Cut a toolpath into blocks of about the same work: the plan then does not depend on how the input was cut into chunks.
+
+    Yields toolpaths of `size` control points, then half as many again each time up to `most`, the last one smaller.
+
+    A row between short ones has up to `_ROW` control points and counts as these, a rounded corner some twenty, a curve of a thousand as a
+    thousand. So memory, and the time until the first block is there, depend on the work that rows make, not on their number.
+    """
+    held: list[Toolpath] = []
+    done = 0
+    for chunk in chunks:
+        upto = done + np.cumsum(_sizes(chunk))
+        first = 0
+        while first < len(chunk) and upto[-1] >= size:
+            last = int(np.searchsorted(upto, size)) + 1
+            yield join([*held, between(chunk, first, last)])
+            upto -= upto[last - 1]
+            held, first, size = [], last, min(3 * size // 2, most)
+        if first < len(chunk):
+            held.append(between(chunk, first, len(chunk)))
+        done = int(upto[-1]) if len(chunk) else done
+    if held:
+        yield join(held)
+
+
+def _sizes(toolpath: Toolpath) -> NDArray[np.int64]:
+    """Return the work of rows, shape (n,)."""
+    out = np.full(len(toolpath), _ROW, np.int64)
+    curves = np.flatnonzero(toolpath.kind == Kind.NURBS)
+    points = np.diff(toolpath.nurbs.point_offset)
+    out[curves] = np.maximum(points[toolpath.curve[curves]], _ROW)
+    return out
 
 
 def plan_blocks(

@@ -14,8 +14,7 @@ from cncgen.machine.record import Machine
 from cncgen.planner.least_time.block_planning import plan_blocks
 from cncgen.planner.least_time.speed_caps import SpeedCap
 from cncgen.planner.limits.axis_limits import AxisLimits
-from cncgen.planner.motion import motion_at, time_at
-from cncgen.planner.profile_parts import joined
+from cncgen.planner.motion import joined, motion_at, time_at
 from cncgen.planner.record import Limit, Profile, Trajectory
 from cncgen.toolpath.record import Toolpath
 

@@ -86,7 +86,6 @@ class AxisLimits:
             machine lacks. The jerk is 10 A/T at most.
         period_s: Time between setpoints.
         chord_mm: Largest distance of the chord of a period from the path.
-        chord_reserve_mm: Largest distance that such a chord can have from a path without corners (`chord_reserve`).
         centripetal: Largest v²κ, mm/s², and the `Limit` that it stands for.
         scale: Shape (axes,), what columns are multiplied by to be mm (`axis_scale`): chords are those of all axes.
     """
@@ -96,7 +95,6 @@ class AxisLimits:
     jerk: Floats
     period_s: float
     chord_mm: float
-    chord_reserve_mm: float
     centripetal: tuple[float, Limit]
     scale: Floats
 
@@ -114,7 +112,6 @@ class AxisLimits:
             jerk=np.array([_jerk(a, machine.period_s) if a else np.inf for a in axes], float),
             period_s=machine.period_s,
             chord_mm=machine.chord_tolerance_mm,
-            chord_reserve_mm=chord_reserve(machine, letters),
             centripetal=centripetal,
             scale=axis_scale(letters),
         )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from cncgen.geometry import elementary
 from cncgen.kernels import along_path
 from cncgen.machine.record import Machine
-from cncgen.planner.limits.axis_limits import JUMP_SHARE, AxisLimits, axis_scale
+from cncgen.planner.limits.axis_limits import JUMP_SHARE, AxisLimits, axis_scale, chord_reserve
 from cncgen.toolpath.record import PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -40,7 +40,7 @@ class Chords:
     """The chords of a machine's setpoints.
 
     Attributes:
-        most_mm: δ, the largest chord that there can be (`AxisLimits.chord_reserve_mm`).
+        most_mm: δ, the largest chord that there can be (`chord_reserve`).
         period_s: T; 0 where there are no setpoints.
         jerk: J of the strongest and of the weakest linear axis, mm/s³.
     """
@@ -55,7 +55,7 @@ class Chords:
         drive = AxisLimits.of(machine, axes).in_mm()
         jerk = drive.jerk[~drive.rotary & np.isfinite(drive.jerk)]
         ends = (float(jerk.max()), float(jerk.min())) if len(jerk) else (np.inf, 0.0)
-        return cls(drive.chord_reserve_mm, machine.period_s, ends)
+        return cls(chord_reserve(machine, axes), machine.period_s, ends)
 
     def unseen(self, tolerance: Floats, turn: Floats, length: Floats) -> NDArray[np.bool_]:
         """Tell which corners are passed faster as they are, or stopped in, than rounded, shape (n,) (docs/smoothing.md).

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic
 from cncgen.geometry.tables import empty_arcs, empty_nurbs
-from cncgen.planner.profile_parts import cut
+from cncgen.planner.motion import cut
 from cncgen.planner.record import Cubics, Limit, Profile, SharpCorner, Trajectory
 from cncgen.planner.tube.programmed import Programmed
 from cncgen.planner.tube.reference_path import Reference

@@ -21,8 +21,8 @@ from cncgen.pipeline import plan as plan_program
 from cncgen.pipeline import read_text, sample
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.least_time import mesh_spacing
+from cncgen.planner.least_time.block_planning import blocks
 from cncgen.planner.least_time.breakpoints import PathBlock, breakpoints_of
-from cncgen.planner.least_time.fixed_blocks import blocks
 from cncgen.planner.least_time.mesh import mesh_of
 from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.motion import motion_at

@@ -10,7 +10,7 @@ import pytest
 
 import cncgen
 from cncgen.planner import plan
-from cncgen.planner.least_time.fixed_blocks import blocks
+from cncgen.planner.least_time.block_planning import blocks
 from cncgen.toolpath.record import Toolpath
 
 

@@ -14,8 +14,8 @@ from cncgen.diagnostics import ProgramError, UsageError
 from cncgen.machine import Machine, load
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.checks import checked
-from cncgen.planner.ild.junctions import joint_speeds, turned
 from cncgen.planner.ild.sharp_corners import CornerRule
+from cncgen.planner.ild.stretch import joint_speeds, turned
 from cncgen.planner.limits.axis_limits import AxisLimits
 from cncgen.planner.limits.row_limits import row_limits_of
 from cncgen.planner.limits.speeds import chord_speed, curvature_speed

@@ -14,8 +14,7 @@ from cncgen.machine import Machine
 from cncgen.planner import PlanOptions, plan
 from cncgen.planner.assembly import assemble
 from cncgen.planner.ild.look_ahead import Segments, joint_speeds, settled
-from cncgen.planner.motion import motion_at, time_at
-from cncgen.planner.profile_parts import arrival_at, cut, joined
+from cncgen.planner.motion import arrival_at, cut, joined, motion_at, time_at
 from cncgen.planner.record import Limit, Profile
 from cncgen.toolpath.record import Toolpath
 
