@@ -32,7 +32,7 @@ LOST = 1.001
 #: Parts of a period at which chords begin: when looking for chords that may be too long, and when comparing them with the path,
 #: which is done at as many places along each chord.
 _COARSE, _FINE = 8, 32
-#: Around the phase, and the place, where the distance is largest the search is refined this often, into so many parts.
+#: Around the phase where the distance is largest the search is refined this often, into so many parts.
 _CLOSER, _CLOSE = 3, 8
 #: Chords are looked for that begin in this many periods at the end of an interval: earlier ones lie within the interval, where
 #: only its own speed changes.
@@ -43,8 +43,6 @@ _BRIEF = 1.05
 #: Largest ratio of curvatures along a chord for which x'' is taken to be one parabola along it. Without it, where chords of 0.05 µm bind
 #: on all of a butterfly, so many are measured that it takes 1.5 times the CPU.
 _SMOOTH = 1.3
-#: Turn of the direction around a node, rad, from which the node itself, too, is compared with the chord.
-_TURN = 0.02
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,9 +118,11 @@ class _Compared:
 
     def peaks(self) -> Ints:
         """Return the phases around which the distance may exceed the tolerance."""
-        rise = np.abs(np.diff(self.over)) * (np.diff(self.phase) == 1)
-        more = np.maximum(np.append(0.0, rise), np.append(rise, 0.0))
-        return self.phase[_peaks(self.phase, self.over, more)]
+        rise, beside = np.diff(self.over), np.diff(self.phase) == 1
+        size = np.abs(rise) * beside
+        more = np.maximum(np.append(0.0, size), np.append(size, 0.0))
+        below = np.append((rise > 0.0) & beside, False) | np.append(False, (rise < 0.0) & beside)
+        return self.phase[~below & (more > _OVER) & (self.over + more > 1.0 + _OVER)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -374,59 +374,8 @@ class ChordedMotion:
             away[k] = distances_from_chords(x[here], x[at], x[last]) / tolerance
         own, furthest = np.arange(len(at)), away.argmax(axis=0)
         over = away[furthest, own]
-        more = over - np.minimum(away[furthest - 1, own], away[furthest + 1, own])
-        near = np.flatnonzero(_peaks(phase, over, more))
-        middle = (phase[near] + every * furthest[near]) * step
-        over[near] = np.maximum(over[near], self._closer(middle, x[at[near]], x[last[near]], floor[near]))
-        over = np.maximum(over, self._tips(ticks[at] * step, x[at], x[last]))
         places = motion.s[np.searchsorted(ticks, phase + every * np.arange(_FINE + 1)[:, None])]
         return _Compared(phase, places[0], places[-1], places[furthest, own], over)
-
-    def _closer(self, middle: Floats, a: Floats, b: Floats, floor: Floats) -> Floats:
-        """Return how far the furthest places within a 32nd part of a period are from chords, as a part of the tolerance.
-
-        Args:
-            middle: Shape (k,), the times about which they are.
-            a, b: Shape (k, axes), the ends of the chords.
-            floor: Shape (k,), the least tolerances.
-        """
-        over, width = np.zeros(len(middle)), self.period / _FINE
-        part = np.linspace(-1.0, 1.0, 2 * _CLOSE + 1)
-        chord = np.repeat(np.arange(len(middle)), len(part))
-        for _ in range(_CLOSER):
-            time = (middle[:, None] + width * part).ravel()
-            order = np.argsort(time, kind="stable")
-            motion = motion_at(self.profile, time[order])
-            interval = self.owner[motion.piece]
-            x = self.course.positions(interval, motion.s - self.s[interval])
-            own = chord[order]
-            away = np.zeros(len(time))
-            away[order] = distances_from_chords(x, a[own], b[own]) / np.maximum(
-                self.tolerance[interval], floor[own]
-            )
-            furthest = away.reshape(-1, len(part)).argmax(axis=1) + len(part) * np.arange(len(middle))
-            over, middle, width = np.maximum(over, away[furthest]), time[furthest], width / _CLOSE
-        return over
-
-    def _tips(self, start: Floats, a: Floats, b: Floats) -> Floats:
-        """Return how far nodes about which the direction turns fast are from the chords over them, as a part of the tolerance.
-
-        Args:
-            start: Shape (k,), when the chords begin.
-            a, b: Shape (k, axes), their ends.
-        """
-        inner = self.sharpest * np.diff(self.s)
-        turn = self.corner[1:] + inner[1:] + inner[:-1]
-        node = 1 + np.flatnonzero((self.corner[1:] > 0.0) | (turn > _TURN))
-        first = np.searchsorted(self.t[node], start, side="right")
-        count = np.searchsorted(self.t[node], start + self.period) - first
-        chord, each = ranges(first, count)
-        seen = np.unique(each)
-        x = self.course.positions(node[seen], np.zeros(len(seen)))[np.searchsorted(seen, each)]
-        tolerance = np.maximum(self.tolerance[node[each]], self.tolerance[node[each] - 1])
-        out = np.zeros(len(start))
-        np.maximum.at(out, chord, distances_from_chords(x, a[chord], b[chord]) / tolerance)
-        return out
 
 
 def _worst(begin: Floats, tip: Floats, end: Floats, over: Floats) -> Ints:
@@ -452,13 +401,6 @@ def distances_from_chords(x: Floats, a: Floats, b: Floats) -> Floats:
     square = np.einsum("ij,ij->i", chord, chord)
     part = np.einsum("ij,ij->i", chord, side) / np.where(square > 0.0, square, 1.0)
     return norm(side - np.clip(part, 0.0, 1.0)[:, None] * chord)
-
-
-def _peaks(phase: Ints, over: Floats, more: Floats) -> Bools:
-    """Tell which of ascending phases are peaks that may pass the tolerance, being so much `more`, by more than rounding."""
-    lower = np.append((np.diff(phase) == 1) & (np.diff(over) > 0.0), False)
-    higher = np.append(False, (np.diff(phase) == 1) & (np.diff(over) < 0.0))
-    return ~lower & ~higher & (more > _OVER) & (over + more > 1.0 + _OVER)
 
 
 def _over(values: Floats, first: Ints, last: Ints) -> Floats:
