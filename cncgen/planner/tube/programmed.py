@@ -175,17 +175,17 @@ class Programmed:
         turn[arc] = 2.0 * np.pi / np.sqrt((bent[arc] ** 2).sum(axis=1))
         exact = ~loose(toolpath)[rows]
         within = ~exact & path.moves_xyz[rows]
-        # The feed is that of X Y Z, whose way may all lie within the tolerance. So it is the pace of the other axes as well.
-        others = (toolpath.kind[rows] == Kind.NURBS) | (toolpath.end[rows] != toolpath.starts[rows])[
-            :, 3:
-        ].any(axis=1)
+        # The feed is that of X Y Z, whose way may all lie within the tolerance. So it is the pace of the other axes as well. Rapids have none.
+        swift = rapid(toolpath)[rows]
+        turns = (toolpath.end[rows] != toolpath.starts[rows])[:, 3:].any(axis=1)
+        others = ~swift & (turns | (toolpath.kind[rows] == Kind.NURBS))
         return {
             "line": toolpath.line[rows],
             "source": toolpath.source[rows],
             "length": length,
             "curved": toolpath.kind[rows] != Kind.LINE,
             "feed": feed,
-            "rapid": rapid(toolpath)[rows],
+            "rapid": swift,
             "least": np.divide(length, feed, out=np.zeros(len(rows)), where=others & (feed > 0)),
             "free": within & (np.abs(path.per_feed[rows] - 1.0) < 1e-9) & (feed > 0),
             "exact": exact,
