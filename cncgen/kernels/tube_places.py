@@ -77,7 +77,8 @@ def _entered(
         reached = way[i] + part[0] * (way[i + 1] - way[i])
         entry[p] = reached
         leaving[p] = i
-        while leaving[p] < m - 2 and _nearest(line, leaving[p] + 1, 0.0, points[p], part) <= within[p]:
+        # A rest is one place.
+        while rests[p] != 1 and leaving[p] < m - 2 and _nearest(line, leaving[p] + 1, 0.0, points[p], part) <= within[p]:
             leaving[p] += 1
         if leaving[p] == m - 2 and not last:
             return p
@@ -105,7 +106,9 @@ def _placed(
         start = max(start, entry[p])
         while i < m - 2 and way[i + 1] < start:
             i += 1
-        best = _nearest(line, i, _part_at(way, i, start), points[p], part)
+        part[0] = least = _part_at(way, i, start)
+        # Where the point before has its place at the end of the last segment, so has this one.
+        best = _nearest(line, i, least, points[p], part) if i <= leaving[p] else 0.0
         place[p] = i + part[0]
         for segment in range(i + 1, leaving[p] + 1):
             d = _nearest(line, segment, 0.0, points[p], part)

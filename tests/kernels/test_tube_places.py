@@ -109,3 +109,15 @@ def test_a_point_of_rest_is_where_the_motion_rests(kernel) -> None:
     points = np.array([[1.0, 1.0], [0.0, 0.0], [5.0, 0.0]])
     assert matched(line, points, 1e-3, kernel=kernel).tolist() == [2.0, 4.0, 9.0]
     assert matched(line, points, 1e-3, kernel=kernel, rests=(1, 8)).tolist() == [2.0, 8.0, 9.0]
+
+
+@pytest.mark.parametrize("kernel", [tube_places, uncompiled("tube_places")], ids=["compiled", "plain"])
+def test_no_point_before_a_rest_has_a_place_after_it(kernel) -> None:
+    """Within a distance as wide as the path the nearest places of three points lie behind the rest; each was one segment further on.
+
+    A dwell there was then no rest of the motion.
+    """
+    line = np.array([[0.0, 0.0], [0.5, 0.0], [1.0, 0.0], [1.0, -0.1], [1.0, -0.2], [1.0, -0.3], [1.0, -1.0]])
+    points = np.array([[0.0, 0.0], *[[1.0, -0.5]] * 3, [1.0, 0.0], [1.0, -1.0]])
+    found = matched(line, points, 2.0, kernel=kernel, rests=(4, 2))
+    assert found.tolist() == [0.0, 2.0, 2.0, 2.0, 2.0, 6.0]
