@@ -78,7 +78,11 @@ def _entered(
         entry[p] = reached
         leaving[p] = i
         # A rest is one place.
-        while rests[p] != 1 and leaving[p] < m - 2 and _nearest(line, leaving[p] + 1, 0.0, points[p], part) <= within[p]:
+        while (
+            rests[p] != 1
+            and leaving[p] < m - 2
+            and _nearest(line, leaving[p] + 1, 0.0, points[p], part) <= within[p]
+        ):
             leaving[p] += 1
         if leaving[p] == m - 2 and not last:
             return p
