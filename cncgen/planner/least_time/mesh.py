@@ -124,9 +124,9 @@ def mesh_of(
     if cap and cap.straight:
         # Crawling rows are slower than any cap.
         lines &= block.crawls[path.row_of(0.5 * (corners.s[:-1] + corners.s[1:]))]
-    kept = ~loose(toolpath) | ~path.moves_xyz
-    kept |= (toolpath.end != toolpath.starts)[:, 3:].any(axis=1)
-    coarse = coarse and not kept[toolpath.kind != Kind.EVENT].any()
+    if coarse:
+        kept = ~loose(toolpath) | ~path.moves_xyz | (toolpath.end != toolpath.starts)[:, 3:].any(axis=1)
+        coarse = not kept[toolpath.kind != Kind.EVENT].any()
     try:
         s = placed(path, bounds, corners, sides, lines, top_at, coarse)
     except TooManyNodesError as many:
