@@ -130,7 +130,8 @@ def test_a_picture_shows_the_errors_against_the_wanted_motion(tmp_path, programs
     assert picture.exists()
     plan_file = str(tmp_path / "p.csv")
     assert cncgen(["plan", program, "-m", "xy-table", "-o", plan_file, "-q"]) == 0
-    assert cncgen(["plot", plan_file, "-o", str(picture), "--reference", program]) == 2
+    one = ["--kinds", "path", "-o", str(picture)]
+    assert cncgen(["plot", plan_file, *one, "--reference", program]) == 2
     assert "--reference judges a simulation" in capfd.readouterr().err
 
 
