@@ -142,7 +142,7 @@ class Program(language_run.Program[Line]):
             return False
         return not any(
             line.fault or not all(map(_is_word, line.statement.items)) or line.statement.kind not in _WAITING
-            for line in (self.lines[at] for at in range(first, last + 1))
+            for line in (self.lines[at] for at in range(first, min(last + 1, len(self.lines))))
         )
 
     def passed_by(self, at: int) -> range:
