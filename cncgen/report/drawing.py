@@ -6,6 +6,7 @@ import importlib.util
 import io
 import logging
 import os
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -73,6 +74,9 @@ def new_figure(
     except ImportError as error:
         raise _missing() from error
     except ValueError as error:
+        # Its parts stay behind, and it cannot be imported again beside them.
+        for name in [each for each in sys.modules if each.partition(".")[0] == "matplotlib"]:
+            del sys.modules[name]
         message = f"matplotlib refuses its settings: {str(error).partition(';')[0]}"
         hint = "look at MPLBACKEND in the environment, and at matplotlibrc"
         raise UsageError(Diagnostic("plot-missing", message, hint=hint)) from error
