@@ -85,7 +85,7 @@ def _sharp(of: Ints, x: Floats, end: Floats, scale: Floats) -> NDArray[np.bool_]
 def _cut(
     toolpath: Toolpath, path: Path, row: int, sharp: NDArray[np.bool_], part: Floats, x: Floats
 ) -> Toolpath:
-    """Return a NURBS row as the curves between its sharp chords, and these.
+    """Return a NURBS row as the curves between its sharp chords, and these; as it is where these are at one parameter.
 
     Args:
         toolpath, path: It and its geometry.
@@ -108,7 +108,11 @@ def _cut(
     columns["kind"] = np.where(lines, np.int8(Kind.LINE), np.int8(Kind.NURBS))
     columns["curve"] = np.where(lines, -1, np.searchsorted(runs, begin))
     columns["tolerance"] = columns["tolerance"] * np.where(lines, 1.0 - _FINE, 1.0)
-    pieces = split(one.nurbs, 0, first + part[runs[1:]] * (last - first))
+    at = first + part[runs[1:]] * (last - first)
+    if not (np.diff(np.concatenate([first, at, last])) > 0.0).all():
+        # Sharp chords at one parameter, by rounding: the curve cannot come apart there.
+        return one
+    pieces = split(one.nurbs, 0, at)
     cut = replace(one, nurbs=pieces, **columns)
     return between(cut, 0, len(cut))
 
