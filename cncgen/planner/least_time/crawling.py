@@ -1,4 +1,4 @@
-"""Rows that are slow enough for the motion to stop at their ends.
+"""Rows that are slow enough for the motion to stop at their ends, and the speeds of rows as smoothing takes them.
 
 `block_planning` calls `paced` before the path is smoothed, `breakpoints` asks for `crawling` of each block
 (docs/corners.md, Rows that crawl).
@@ -66,7 +66,7 @@ def _fastest(bounds: AxisLimits) -> float:
 def paced(chunks: Iterable[Toolpath], bounds_of: Callable[[str], AxisLimits]) -> Iterator[Toolpath]:
     """Yield chunks ready for smoothing: under G64 inverse-time feeds (G93) become speeds, which hold for each part of a row as well, and rows that
     crawl by them are met exactly (G61), since a row of some tolerances may vanish in the curve of its neighbours, and its time with it.
-    Rapids get a speed under G64 too, the largest along their lines.
+    Rapids get a speed under G64 too, the largest along their middles.
 
     Args:
         chunks: Consecutive stretches of one program, tolerances filled in.
@@ -96,12 +96,12 @@ def paced(chunks: Iterable[Toolpath], bounds_of: Callable[[str], AxisLimits]) ->
 
 
 def _rapids_paced(chunk: Toolpath, bounds: AxisLimits) -> Toolpath:
-    """Return a chunk whose rapids under G64 have a feed, the speed that velocities of axes allow along their lines.
+    """Return a chunk whose rapids under G64 have a feed, the speed that velocities of axes allow along their middles.
 
     Speeds that smoothing and the search compare and divide by are to be numbers. The velocities themselves bound the plan.
     """
     rapid = (chunk.feed_mode == FeedMode.RAPID) & (chunk.path_mode == PathMode.CONTINUOUS)
-    rows = np.flatnonzero(rapid & (chunk.kind == Kind.LINE))
+    rows = np.flatnonzero(rapid & (chunk.kind != Kind.EVENT))
     if not len(rows):
         return chunk
     path = chunk.path
