@@ -101,9 +101,9 @@ def test_synchronised_motion_feeds_by_the_spindle(run: Any) -> None:
     rows = out.path.kind == 0
     np.testing.assert_allclose(out.path.feed[rows], [3.0, 5.0, 4.0, 4.0])
     np.testing.assert_allclose(out.path.end[rows, 2], [-10, 0, -5, 0])
-    # A tap turns back at its depth, whatever the path tolerance is (LinuxCNC blends no rigid tap).
-    exact, free = PathMode.EXACT_PATH, PathMode.CONTINUOUS
-    assert out.path.path_mode[rows].tolist() == [free, free, exact, exact]
+    # A tap stops at its depth, where the spindle turns back (LinuxCNC blends no rigid tap).
+    stops, free = PathMode.EXACT_STOP, PathMode.CONTINUOUS
+    assert out.path.path_mode[rows].tolist() == [free, free, stops, stops]
 
 
 def test_probing_goes_to_the_point_and_says_so(run: Any) -> None:

@@ -60,7 +60,7 @@ def _peak_mm_s(way_mm: float) -> float:
 @pytest.mark.parametrize("feedrate", ["optimal", "ild"])
 def test_threads_that_do_not_come_to_their_speed(feedrate: str) -> None:
     """1000 rev/min at 2 mm are 33.33 mm/s: a millimetre is too short for them, ten are not; a rigid tap's spindle follows."""
-    text = "G21 G90 G61 S1000 M3\nG33 Z-10 K2\nG0 Z0\nG33 Z-1 K2\nG0 Z0\nG33.1 Z-1 K2\nM2\n"
+    text = "G21 G90 G61.1 S1000 M3\nG33 Z-10 K2\nG0 Z0\nG33 Z-1 K2\nG0 Z0\nG33.1 Z-1 K2\nM2\n"
     found = [d for d in summed(text, "generic-mill", feedrate)["diagnostics"] if d["code"] == "thread-speed"]
     assert [(d["line"], d["severity"]) for d in found] == [(4, "warning")]
     for d in found:

@@ -5,6 +5,8 @@ Source: Kramer et al. (2000), sections 3.5.6, 3.5.7, 3.5.14, 3.5.17 and 3.5.20; 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 
 from cncgen.gcode.block import Block
@@ -115,6 +117,14 @@ def go_on(ip: Interpreter, block: Block) -> None:
     """Take up the path mode in force after G9."""
     state = ip.state
     ip.sink.set_motion_control_mode(state.path_mode, state.tolerance, state.naive)
+
+
+@contextmanager
+def stopping(ip: Interpreter) -> Iterator[None]:
+    """Stop exactly at the end of each motion, as where the spindle turns back with a tap; then take up the path mode in force."""
+    ip.sink.set_motion_control_mode(PathMode.EXACT_STOP, None, None)
+    yield
+    ip.sink.set_motion_control_mode(ip.state.path_mode, ip.state.tolerance, ip.state.naive)
 
 
 def _retract(ip: Interpreter, block: Block, old: bool) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from cncgen.gcode.codes.modes import stopping
 from cncgen.gcode.codes.steps import MOST, steps_of
 from cncgen.gcode.errors import refuse
 from cncgen.gcode.klartext.hole_cycle import FASTEST, HoleCycle
@@ -126,8 +127,9 @@ def tap(cycle: HoleCycle) -> None:
     )
     cycle.go(cycle.start, rapid=True)
     cycle.feed(abs(pitch) * speed, "Q239 S")
-    cycle.go(cycle.bottom, rapid=False)
-    cycle.go(cycle.start, rapid=False)
+    with stopping(cycle.ip):
+        cycle.go(cycle.bottom, rapid=False)
+        cycle.go(cycle.start, rapid=False)
 
 
 def bore_milling(cycle: HoleCycle) -> None:
@@ -183,9 +185,10 @@ def levels(number: int, q: Sequence[float]) -> tuple[float, float] | None:
 def tap_floating(cycle: HoleCycle) -> None:
     """206: in at Q206, wait Q211, out at Q206 with the spindle turning back."""
     ip = cycle.ip
-    cycle.drill()
-    ip.sink.set_spindle(ip.state.speed, -ip.state.direction)
-    cycle.go(cycle.start, rapid=False)
+    with stopping(ip):
+        cycle.drill()
+        ip.sink.set_spindle(ip.state.speed, -ip.state.direction)
+        cycle.go(cycle.start, rapid=False)
     ip.sink.set_spindle(ip.state.speed, ip.state.direction)
 
 
@@ -197,10 +200,11 @@ def tap_breaking(cycle: HoleCycle) -> None:
         return
     cycle.go(cycle.start, rapid=True)
     cycle.feed(abs(pitch) * ip.state.speed, "Q239 S")
-    cycle.down(q[203], cycle.bottom, cycle.start if q[256] == 0.0 else None)
-    if q[403] > 0.0:
-        cycle.feed(abs(pitch) * ip.state.speed * q[403], "Q239 S Q403")
-    cycle.go(cycle.start, rapid=False)
+    with stopping(ip):
+        cycle.down(q[203], cycle.bottom, cycle.start if q[256] == 0.0 else None)
+        if q[403] > 0.0:
+            cycle.feed(abs(pitch) * ip.state.speed * q[403], "Q239 S Q403")
+        cycle.go(cycle.start, rapid=False)
 
 
 def back_bore(cycle: HoleCycle) -> None:

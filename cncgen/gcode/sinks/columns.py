@@ -110,10 +110,10 @@ class ColumnsSink:
         self._keep(1, end, 0.0, 0.0, 0)
 
     def rigid_tap(self, end: Point, pitch: float) -> None:
-        """Keep the way there and the way back, which meet at the depth that is programmed, in any path mode."""
+        """Keep the way there and the way back, which meet at the depth that is programmed, where the spindle stops to turn back."""
         self.flush()
         machine, mode = self.builder.position.copy(), self._path_mode
-        self._path_mode = PathMode.EXACT_PATH
+        self._path_mode = PathMode.EXACT_STOP
         self.synchronise(pitch, tap=True)
         self._keep(1, end, 0.0, 0.0, 0)
         self.flush()

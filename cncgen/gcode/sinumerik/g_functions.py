@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from cncgen.gcode.block import AXES, AXIS_INDEX
 from cncgen.gcode.codes.compensated_sink import CompensatedSink
 from cncgen.gcode.codes.lathe_fanuc import turns_of_varying_lead
+from cncgen.gcode.codes.modes import stopping
 from cncgen.gcode.codes.turning_profiles import Recorder
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.sinumerik import commands
@@ -288,7 +289,8 @@ def thread(motions: Motions, words: Words, given: dict[str, float]) -> None:
     feed, feed_mode = ip.state.feed, ip.state.feed_mode
     if feed_mode != 94:
         motions.emit({}, (940,))
-    motions.emit({"f": lead * ip.state.speed, **given}, (10,))
+    with stopping(ip):
+        motions.emit({"f": lead * ip.state.speed, **given}, (10,))
     motions.emit({}, (940,)) if feed_mode == 94 else motions.emit({}, (10 * feed_mode,))
     if feed:
         motions.emit({"f": feed})

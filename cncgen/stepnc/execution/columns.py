@@ -204,10 +204,13 @@ class Columns(Canon):
         self._curve(Kind.NURBS, control[-1:], rapid, None, table)
 
     def rigid_tap(self, end: Floats, pitch: float) -> None:
-        """Add the way there and back, between events that say how far the tool goes in a turn of the spindle."""
-        start = self._builder_position()
+        """Add the way there and back, between events that say how far the tool goes in a turn of the spindle, which stops to turn back."""
+        start, mode = self._builder_position(), self._mode
         self._event("synchronise", pitch_mm=pitch, tap=True)
+        self._mode = PathMode.EXACT_STOP
         self._straight(np.stack([end, start]), False)
+        self._flush()
+        self._mode = mode
         self.synchronise(None)
 
     def synchronise(self, pitch: float | None) -> None:
