@@ -2,14 +2,17 @@
 """The intervals of a least-time problem, as arrays of a mesh, and as `cncgen.kernels.least_time_problem` takes them.
 
 Called by `cncgen.planner.least_time.problem`. `kind` is that of `cncgen.planner.least_time.mesh`; ``at`` names the spline intervals.
-Beside a rest q' must match that of constant jerk, q ~ s^(4/3), so q' = 4 q/(3 h) (docs/least-time.md).
+Beside a rest q' must match that of constant jerk, q ~ s^(4/3), so q' = 4 q/(3 h); where the motion turns back, that of constant acceleration,
+q' = q/h (docs/least-time.md).
 """
 
 import cython
-from cython.cimports.libc.math import cbrt, fabs, pow
+from cython.cimports.libc.math import cbrt, fabs, pow, sqrt
 
 _LEAVE = cython.declare(cython.int, 1)
 _ENTER = cython.declare(cython.int, 2)
+_LEAVE_BACK = cython.declare(cython.int, 4)
+_ENTER_BACK = cython.declare(cython.int, 5)
 _INFINITE = cython.declare(cython.double, float("inf"))
 #: Two bounds of q, or two parts of a limit, that differ by less than this part are taken to be equal: rounding, which differs
 #: from one unit of length to another, must not change the problem.
@@ -25,6 +28,7 @@ def beside_rests(
     at: cython.const[cython.longlong][::1],
     moving: cython.bint,
     extra: cython.double[:, ::1],
+    back: cython.char[::1],
 ) -> None:
     """Fill the weights in the time of the intervals at rests beside those of `at`.
 
@@ -32,15 +36,21 @@ def beside_rests(
         kind, h: Shape (n,), the intervals.
         at: Shape (k,).
         moving: Whether the motion is under way at the start.
-        extra: Shape (k, 2), see `cncgen.kernels.least_time_problem`.
+        extra, back: Shape (k, 2) and (k,), see `cncgen.kernels.least_time_problem`.
     """
     with cython.nogil:
         for i in range(at.shape[0]):
             k = at[i]
             extra[i, 0] = extra[i, 1] = 0.0
-            if not (moving and k == 0) and kind[k - 1] == _LEAVE:
-                extra[i, 0] = 3.0 * h[k - 1]
-            if kind[k + 1] == _ENTER:
+            if not (moving and k == 0):
+                if kind[k - 1] == _LEAVE:
+                    extra[i, 0] = 3.0 * h[k - 1]
+                elif kind[k - 1] == _LEAVE_BACK:
+                    extra[i, 0] = 2.0 * h[k - 1]
+            back[i] = kind[k + 1] == _ENTER_BACK
+            if back[i]:
+                extra[i, 1] = 2.0 * h[k + 1]
+            elif kind[k + 1] == _ENTER:
                 extra[i, 1] = 3.0 * h[k + 1]
 
 
@@ -80,6 +90,39 @@ def _rest_top(
         most = min(most, top[k, e] if place else top[k, e] / pow(0.5, 4.0 / 3.0))
     x = cbrt(4.5 * jerk * (h * h))
     return min(x * x, most)
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+def _back_top(
+    k: cython.Py_ssize_t,
+    end: cython.Py_ssize_t,
+    h: cython.double,
+    x1: cython.const[cython.double][:, :, ::1],
+    x2: cython.const[cython.double][:, :, ::1],
+    x3: cython.const[cython.double][:, :, ::1],
+    top: cython.const[cython.double][:, ::1],
+    factor: cython.const[cython.double][:, :, ::1],
+    limits: cython.const[cython.double][:, ::1],
+) -> cython.double:
+    """Return the largest q at the moving `end` of interval `k`, beside a place where the motion turns back.
+
+    With constant acceleration a, q = 2 a s, and an axis has at most the acceleration a (|x'| + 2 |x''| s) and the jerk
+    (2 a)^(3/2) s^(1/2) (3/2 |x''| + |x'''| s). Held in the middle and at the moving end.
+    """
+    acceleration: cython.double = _INFINITE
+    for place in range(2):
+        e = end if place else 1
+        s = h if place else 0.5 * h
+        for a in range(x1.shape[2]):
+            steep = max(fabs(x1[k, 0, a]), max(fabs(x1[k, 1, a]), fabs(x1[k, 2, a])))
+            y = steep + 2.0 * fabs(x2[k, e, a]) * s
+            acceleration = min(acceleration, limits[0, a] * factor[k, 0, a] / y)
+            y = sqrt(s) * (1.5 * fabs(x2[k, e, a]) + fabs(x3[k, e, a]) * s)
+            acceleration = min(acceleration, 0.5 * pow(limits[1, a] * factor[k, 1, a] / y, 2.0 / 3.0))
+        acceleration = min(acceleration, 0.5 * top[k, e] / s)
+    return 2.0 * acceleration * h
 
 
 @cython.cfunc
@@ -130,7 +173,7 @@ def bounds(
     with cython.nogil:
         for i in range(at.shape[0]):
             k = at[i]
-            enters = kind[k + 1] == _ENTER
+            enters = kind[k + 1] == _ENTER or kind[k + 1] == _ENTER_BACK
             edge[i, 0] = min(top[k, 0], node_top[k])
             if k > 0:
                 edge[i, 0] = min(edge[i, 0], top[k - 1, 2])
@@ -138,10 +181,18 @@ def bounds(
                     edge[i, 0] = min(
                         edge[i, 0], _rest_top(k - 1, 2, h[k - 1], x1, x2, x3, top, factor, limits)
                     )
+                elif kind[k - 1] == _LEAVE_BACK:
+                    edge[i, 0] = min(
+                        edge[i, 0], _back_top(k - 1, 2, h[k - 1], x1, x2, x3, top, factor, limits)
+                    )
             edge[i, 1] = min(min(top[k + 1, 0], top[k, 2]), node_top[k + 1])
             sway[i, 0], sway[i, 1] = node_acceleration[k], _INFINITE
             if enters:
-                edge[i, 1] = min(edge[i, 1], _rest_top(k + 1, 0, h[k + 1], x1, x2, x3, top, factor, limits))
+                if kind[k + 1] == _ENTER:
+                    most = _rest_top(k + 1, 0, h[k + 1], x1, x2, x3, top, factor, limits)
+                else:
+                    most = _back_top(k + 1, 0, h[k + 1], x1, x2, x3, top, factor, limits)
+                edge[i, 1] = min(edge[i, 1], most)
                 sway[i, 1] = node_acceleration[k + 1]
             middle = _middle(top, k)
             tilt[i] = (top[k, 2] - top[k, 0]) / h[k] if max(top[k, 0], top[k, 2]) < 1e300 else 0.0
@@ -182,7 +233,7 @@ def ordinates(
             q[k, 0] = by[i, 0] * c[i] + by[i, 1] * c[i + 1]
             q[k, 1] = c[i + 1]
             q[k, 2] = by[i, 2] * c[i + 1] + by[i, 3] * c[i + 2]
-            if k > 0 and kind[k - 1] == _LEAVE:
+            if k > 0 and (kind[k - 1] == _LEAVE or kind[k - 1] == _LEAVE_BACK):
                 q[k - 1, 2] = q[k, 0]
-            if kind[k + 1] == _ENTER:
+            if kind[k + 1] == _ENTER or kind[k + 1] == _ENTER_BACK:
                 q[k + 1, 0] = q[k, 2]

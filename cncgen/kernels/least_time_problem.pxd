@@ -110,6 +110,7 @@ cdef class Problem:
     cdef public double[::1] c
     cdef public double[::1] h
     cdef public double[:, ::1] extra
+    cdef public char[::1] back
     cdef public double start
     cdef public double[::1] way
     cdef public double[:, ::1] ends

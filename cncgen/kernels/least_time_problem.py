@@ -91,6 +91,7 @@ class Problem:
         free: Index of the first unknown that may change (1, or 2 where the window starts in motion).
         h: Shape (n,), lengths of the intervals.
         extra: Shape (n, 2), weight of q^-1/2 at the left and right end beside that of the interval itself: beside a rest.
+        back: Shape (n,), 1 where the motion turns back behind the rest at the right end: with the acceleration that it comes with.
         start: q′/2 at the start of a window in motion.
         way: Shape (n,), l of the intervals.
         ends: Shape (n, 4), E0 to E3 (see above).
@@ -121,18 +122,19 @@ class Problem:
         limits: cython.double[:, ::1],
         factor: cython.double[:, :, ::1],
         x3_excess: cython.double[:, ::1],
+        back: cython.char[::1],
     ) -> None:
         """Take the intervals, make room for the rest: unknowns are 1, rows none.
 
         Args:
-            free, h, extra, d1, d2, d3, limits, factor, x3_excess: See the attributes.
+            free, h, extra, d1, d2, d3, limits, factor, x3_excess, back: See the attributes.
         """
         n: cython.Py_ssize_t = h.shape[0]
         axes: cython.Py_ssize_t = d1.shape[2]
         import numpy
 
         self.n, self.free, self.blocks = n, free, (n + LANES - 1) // LANES
-        self.h, self.extra, self.d1, self.d2, self.d3 = h, extra, d1, d2, d3
+        self.h, self.extra, self.back, self.d1, self.d2, self.d3 = h, extra, back, d1, d2, d3
         self.limits, self.factor, self.x3_excess = limits, factor, x3_excess
         self.c, self.share = numpy.ones(n + 2), numpy.ones((n, 2, axes))
         self.way, self.start = numpy.empty(n), 0.0
@@ -174,8 +176,10 @@ def lay(problem: Problem) -> cython.void:
     """Set the columns that follow from where the tangents of q meet.
 
     The ordinate at a node between two intervals follows from the tangent that they share there. Beside a rest q' is that of constant
-    jerk, 4 q/(3 h), h the length of the interval of the rest, which is a third of `extra`.
+    jerk, 4 q/(3 h), h the length of the interval of the rest, which is a third of `extra`; where the motion turns back, that of constant
+    acceleration, q/h, and h half of `extra`.
     """
+    slope: cython.double
     fixed: cython.double[::1] = problem.fixed
     ends: cython.double[:, ::1] = problem.ends
     before: cython.double = 0.0
@@ -184,9 +188,10 @@ def lay(problem: Problem) -> cython.void:
         left = fixed[at + WAY]
         fixed[at + LEAVE] = fixed[at + ENTER] = 0.0
         if problem.extra[k, 0] > 0.0:
-            both = 1.0 / (problem.extra[k, 0] + 4.0 * left)
+            slope = 2.0 if k > 0 and problem.back[k - 1] != 0 else 4.0
+            both = 1.0 / (problem.extra[k, 0] + slope * left)
             ends[k, 0], ends[k, 1] = 0.0, problem.extra[k, 0] * both
-            fixed[at + LEAVE], fixed[at + LEFT] = 2.0 * both, 0.0
+            fixed[at + LEAVE], fixed[at + LEFT] = 0.5 * slope * both, 0.0
         elif k == 0:
             ends[k, 0], ends[k, 1] = 1.0, 0.0
             fixed[at + LEFT] = 0.5 / left
@@ -200,9 +205,10 @@ def lay(problem: Problem) -> cython.void:
             fixed[last + E2], fixed[last + E3], fixed[last + RIGHT] = ends[k, 0], ends[k, 1], 0.5 * both
         before = problem.h[k] - left
         if problem.extra[k, 1] > 0.0:
-            both = 1.0 / (problem.extra[k, 1] + 4.0 * before)
+            slope = 2.0 if problem.back[k] != 0 else 4.0
+            both = 1.0 / (problem.extra[k, 1] + slope * before)
             ends[k, 2], ends[k, 3] = problem.extra[k, 1] * both, 0.0
-            fixed[at + ENTER], fixed[at + RIGHT] = 2.0 * both, 0.0
+            fixed[at + ENTER], fixed[at + RIGHT] = 0.5 * slope * both, 0.0
         elif k == problem.n - 1:
             ends[k, 2], ends[k, 3] = 0.0, 1.0
             fixed[at + RIGHT] = 0.5 / before

@@ -4,4 +4,5 @@ from cncgen.kernels.least_time_problem cimport Problem
 
 cpdef double settle(Problem problem, bint choose) noexcept nogil
 cpdef void refit(Problem problem) noexcept nogil
+cpdef void meet(Problem problem) noexcept nogil
 cpdef double agree(Problem problem, double least, int most) noexcept nogil

@@ -86,6 +86,20 @@ def settle(problem: Problem, choose: cython.bint) -> cython.double:
     return most
 
 
+@cython.ccall
+@cython.nogil
+@cython.exceptval(check=False)
+def meet(problem: Problem) -> cython.void:
+    """Where the motion turns back, give both sides the smaller one of their accelerations."""
+    c: cython.double[::1] = problem.c
+    for k in range(problem.n - 1):
+        if problem.back[k] != 0:
+            one = problem.ends[k, 2] / problem.extra[k, 1]
+            other = problem.ends[k + 1, 1] / problem.extra[k + 1, 0]
+            least = min(one * c[k + 1], other * c[k + 2])
+            c[k + 1], c[k + 2] = least / one, least / other
+
+
 @cython.cfunc
 @cython.nogil
 @cython.exceptval(check=False)
@@ -130,9 +144,11 @@ def refit(problem: Problem) -> cython.void:
 def agree(problem: Problem, least: cython.double, most: cython.int) -> cython.double:
     """Settle the ways until none changes by more than a part of its interval, or so many times; return the last change."""
     change: cython.double = 1.0
+    meet(problem)
     survey(problem)
     for _ in range(most):
         change = settle(problem, False)
+        meet(problem)
         survey(problem)
         if change <= least:
             break

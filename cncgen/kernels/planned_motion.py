@@ -10,6 +10,10 @@ from cython.cimports.libc.math import atan, atanh, fabs, sqrt
 _LEAVE = cython.declare(cython.int, 1)
 _ENTER = cython.declare(cython.int, 2)
 _LINE = cython.declare(cython.int, 3)
+_LEAVE_BACK = cython.declare(cython.int, 4)
+_ENTER_BACK = cython.declare(cython.int, 5)
+#: Change of the speed times the time of an interval, by its length, up to which the tangents of constant jerk meet in its middle.
+_LEVEL = cython.declare(cython.double, 1e-9)
 
 
 @cython.cfunc
@@ -34,7 +38,7 @@ def pieces(
 ) -> None:
     """Fill duration, v, a, j and c, the rows of `out`, of the motion on intervals, but lines.
 
-    The jerk j is constant where the tangents of q do not meet in the middle; else q is a parabola, and the jerk c v.
+    The jerk j is constant unless the tangents of q meet in the middle though the speed changes: then q is a parabola, and the jerk c v.
 
     Args:
         kind, h: Shape (n,).
@@ -53,15 +57,18 @@ def pieces(
                 out[3, k] = 2.0 * total / (out[0, k] * out[0, k])
                 if kind[k] == _ENTER:
                     out[2, k] = -out[3, k] * out[0, k]
+            elif kind[k] == _LEAVE_BACK or kind[k] == _ENTER_BACK:
+                out[0, k] = 2.0 * h[k] / total
+                out[2, k] = total / out[0, k] if kind[k] == _LEAVE_BACK else -total / out[0, k]
             else:
                 out[2, k] = (q[k, 1] - q[k, 0]) / (2.0 * way[k])
                 gain = (q[k, 2] - q[k, 1]) / (2.0 * (h[k] - way[k])) - out[2, k]
-                if way[k] == 0.5 * h[k]:
+                out[0, k] = 4.0 * h[k] / (total + sqrt(max(total * total - gain * h[k] / 0.75, 0.0)))
+                if way[k] == 0.5 * h[k] and fabs(total - 2.0 * out[1, k]) * out[0, k] > _LEVEL * h[k]:
                     out[0, k] = 2.0 * h[k] / total * _parabola_time(gain * h[k] / (total * total))
                     out[4, k] = gain / h[k]
-                    continue
-                out[0, k] = 4.0 * h[k] / (total + sqrt(max(total * total - gain * h[k] / 0.75, 0.0)))
-                out[3, k] = gain / out[0, k]
+                else:
+                    out[3, k] = gain / out[0, k]
 
 
 def bends(

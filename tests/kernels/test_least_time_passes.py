@@ -94,7 +94,16 @@ def case(monkeypatch: pytest.MonkeyPatch, compiled: bool = True, smooth: bool = 
     if smooth:
         d1, d2, d3 = winding(h)
     problem = numbers.Problem(
-        1, h, np.zeros((N, 2)), d1, d2, d3, LIMITS, np.ones((N, 2, AXES)), np.zeros((N, AXES))
+        1,
+        h,
+        np.zeros((N, 2)),
+        d1,
+        d2,
+        d3,
+        LIMITS,
+        np.ones((N, 2, AXES)),
+        np.zeros((N, AXES)),
+        np.zeros(N, np.int8),
     )
     problem.c[:] = 300.0 + 10.0 * np.sin(np.arange(N + 2.0))
     if not smooth:
@@ -183,7 +192,7 @@ def test_the_profile_to_start_from_leaves_rest_with_full_jerk(monkeypatch: pytes
             problems, rows = sys.modules["cncgen.kernels.least_time_problem"], plain.rows
         problem = problems.Problem(
             1, np.full(n, h), extra, *line, np.array([[1e9], [jerk]]), np.ones((n, 2, 1)),
-            np.zeros((n, 1)),
+            np.zeros((n, 1)), np.zeros(n, np.int8),
         )  # fmt: skip
         top = np.full((n, 2), 1e12)
         top[0, 0] = top[-1, 1] = q(np.array(first))
@@ -221,7 +230,7 @@ def test_the_time_without_limits_is_that_of_the_bound(monkeypatch: pytest.Monkey
     high = 1e12 * np.ones_like(LIMITS)
     problem = least_time_problem.Problem(
         1, rows.h, np.zeros((N, 2)), rows.d1, rows.d2, rows.d3, high, np.ones((N, 2, AXES)),
-        np.zeros((N, AXES)),
+        np.zeros((N, AXES)), np.zeros(N, np.int8),
     )  # fmt: skip
     box = np.full((N, 3), 400.0)
     least_time_rows.build(

@@ -44,6 +44,8 @@ NO_TURN = 1e-9
 #: So 120 random programs of one to five corners take at most 0.03 % longer than the better one of passing all and stopping at all;
 #: with 0.4 and 0.5 some of 150 take 0.4 %, where all are passed 22 of 120 over 0.5 %.
 _DELAY, _SLOWED = 0.1, 1.2
+#: Part of the largest acceleration that the motion must be allowed where it turns back, else it rests.
+_WORTH = 0.25
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +63,8 @@ class Corners:
         zone: Shape (n,), mm: how far on both sides a setpoint's third difference can see the jump; 0 for none.
         cuts: Shape (n,), bool: it rests, and chords might cut the corner by more than their tolerance if no setpoint fell
             near it.
+        back: Shape (n,), mm/s²: where the path turns back on itself, with what acceleration the motion may: it does not stay, as
+            braking is the acceleration of the way back; 0 elsewhere.
     """
 
     s: Floats
@@ -71,6 +75,7 @@ class Corners:
     acceleration: Floats
     zone: Floats
     cuts: Bools
+    back: Floats
 
     def only(self, kept: Bools | slice) -> Corners:
         """Return those that are kept."""
@@ -113,6 +118,7 @@ def corners_of(points: Breakpoints, bounds: AxisLimits) -> Corners:
     speed[~felt & ~corner & ~stop] = np.inf
     stop |= speed <= 0.0
     passed = felt & ~stop
+    back = np.where(stop & ~points.rest, jumps.back(), 0.0)
     acceleration, there, sway = jumps.swayed(together, passed)
     zone = jumps.zones(together, there)
     # A pulse of acceleration v Δ is v Δ/T in the second difference that sees it.
@@ -125,7 +131,8 @@ def corners_of(points: Breakpoints, bounds: AxisLimits) -> Corners:
         jump_share=np.stack([pulse, share + sway], 1) * passed[:, None, None],
         acceleration=acceleration,
         zone=np.where(passed, zone, 0.0),
-        cuts=jumps.cut(stop),
+        cuts=jumps.cut(stop) & (back == 0.0),
+        back=back,
     )
 
 
@@ -320,6 +327,23 @@ class BlockJumps:
         far = norm(np.where(np.isfinite(way), way, 0.0)) > bounds.chord_mm
         out: Bools = stop & (norm(bounds.scale * self.turn) > NO_TURN) & far
         return out
+
+    def back(self) -> Floats:
+        """Return with what acceleration the motion may turn back, shape (n,), mm/s², 0 where the path does not or where to rest takes no longer.
+
+        Without speed the axes have the acceleration x' a on both sides, so these must be one. A setpoint falls half a period T from the tip
+        at most, in which the motion goes a T²/8 + j T³/48: that is kept within the chord tolerance.
+        """
+        bounds, t = self.bounds, self.bounds.period_s
+        out = along_path(bounds.acceleration, self.left, self.right)
+        jerk = along_path(bounds.jerk, self.left, self.right)
+        step = np.abs(self.left + self.right) * (out / t)[:, None] / bounds.jerk
+        turns = max_over_axes(step) < _NEGLIGIBLE
+        size = norm(bounds.scale * self.right)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            seen = 8.0 * bounds.chord_mm / (size * t**2) - jerk * t / 6.0
+        turns &= seen > _WORTH * out
+        return np.where(turns, np.minimum(out, seen), 0.0)
 
 
 def reached_speeds(speed: Floats, rises: tuple[Floats, Floats]) -> Floats:

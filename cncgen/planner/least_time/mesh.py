@@ -28,8 +28,9 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 #: Kinds of intervals: `SPLINE`, one on which q is a quadratic; `LEAVE` and `ENTER`, one that leaves or enters a rest with
-#: constant jerk; `LINE`, a whole straight line from rest to rest.
-SPLINE, LEAVE, ENTER, LINE = range(4)
+#: constant jerk; `LINE`, a whole straight line from rest to rest; `LEAVE_BACK` and `ENTER_BACK`, one that leaves or enters a place where the
+#: motion turns back, with constant acceleration.
+SPLINE, LEAVE, ENTER, LINE, LEAVE_BACK, ENTER_BACK = range(6)
 #: Part of the feed that changes, below which a straight line goes on: speeds of G93 come from lengths, with their rounding.
 _STRAIGHT = 1e-9
 #: Relative change of a direction that is rounding alone.
@@ -55,7 +56,7 @@ class Mesh:
     Attributes:
         toolpath, path: The block and its geometry.
         s: Shape (n + 1,), path coordinate of the nodes.
-        kind: Shape (n,), int8: `SPLINE`, `LEAVE`, `ENTER` or `LINE`.
+        kind: Shape (n,), int8: `SPLINE`, `LEAVE` …
         x1, x2, x3: Shape (n, 3, axes): derivatives of the path at the left end, middle and right end of each interval.
         top: Shape (n, 3): largest q = v² there.
         top_limit: Shape (n,), int8: the `Limit` behind the lowest of them.
@@ -202,6 +203,12 @@ def _intervals(
     kind = np.full(n, SPLINE, np.int8)
     kind[stop[:-1]] = LEAVE
     kind[stop[1:]] = ENTER
+    reached = np.zeros(n + 1)
+    reached[node] = 2.0 * corners.back
+    for turns, ends in ((LEAVE_BACK, reached[:-1]), (ENTER_BACK, reached[1:])):
+        back = ends > 0.0
+        kind[back] = turns
+        top3[back] = np.minimum(top3[back], (ends * length)[back, None] * (1.0, 0.5, 1.0))
     kind[node[:-1][lines]] = LINE
     spline = kind == SPLINE
     _calm(x, length, spline)
@@ -290,7 +297,8 @@ def _straight_on(
 def _lines(path: Path, corners: Corners) -> NDArray[np.bool_]:
     """Tell which stretches between breakpoints are straight lines from rest to rest."""
     row = path.row_of(0.5 * (corners.s[:-1] + corners.s[1:]))
-    return (path.kind[row] == Kind.LINE) & corners.stop[:-1] & corners.stop[1:]
+    rests = corners.stop & (corners.back == 0.0)
+    return (path.kind[row] == Kind.LINE) & rests[:-1] & rests[1:]
 
 
 def _calm(x: Floats, h: Floats, spline: NDArray[np.bool_]) -> None:

@@ -167,7 +167,7 @@ class SplineRow:
     Attributes:
         given, state: All intervals, and q and q'/2 at the start, where the motion is under way there.
         at: Shape (n,), the numbers of those on the spline.
-        h, extra, box, tilt, bent, sway: See `cncgen.kernels.least_time` and `cncgen.kernels.least_time_rows`.
+        h, extra, back, box, tilt, bent, sway: See `cncgen.kernels.least_time` and `cncgen.kernels.least_time_rows`.
         edge: Shape (n, 2), largest q at both ends.
         held_right: Shape (n,), where acceleration must be held at the right end too.
         x3_excess: Shape (n, axes), as in `Mesh`.
@@ -179,6 +179,7 @@ class SplineRow:
     at: NDArray[np.int64]
     h: Floats
     extra: Floats
+    back: NDArray[np.int8]
     box: Floats
     tilt: Floats
     bent: NDArray[np.int8]
@@ -194,8 +195,8 @@ class SplineRow:
         at = np.flatnonzero(given.kind == SPLINE)
         count = len(at)
         extra, box, edge, sway = (np.empty((count, columns)) for columns in (2, 3, 2, 2))
-        tilt, held_right = np.empty(count), np.empty(count, np.int8)
-        least_time_intervals.beside_rests(given.kind, given.h, at, state is not None, extra)
+        tilt, held_right, back = np.empty(count), np.empty(count, np.int8), np.empty(count, np.int8)
+        least_time_intervals.beside_rests(given.kind, given.h, at, state is not None, extra, back)
         least_time_intervals.bounds(
             given.kind, given.h, given.x1, given.x2, given.x3, given.top, given.factor, given.node_top, given.node_acceleration,
             given.limits, at, box, tilt, edge, sway, held_right,
@@ -207,8 +208,8 @@ class SplineRow:
         shape = (given.x1[pick], given.x2[pick], given.x3[pick], given.limits, given.factor[pick])
         bent, excess = _bent(given, at), given.x3_excess[pick]
         return cls(
-            given, state, at, given.h[pick], extra, box, tilt, bent, sway, edge, held_right, excess, shape
-        )
+            given, state, at, given.h[pick], extra, back, box, tilt, bent, sway, edge, held_right, excess, shape,
+        )  # fmt: skip
 
     def begun(
         self, part: float, known: Floats | None = None, slower: float = 1.0
@@ -221,7 +222,7 @@ class SplineRow:
             slower: Part of the earlier plan to start from instead, where it is less than 1.
         """
         free = 1 if self.state is None else 2
-        kernel = least_time_problem.Problem(free, self.h, self.extra, *self.shape, self.x3_excess)
+        kernel = least_time_problem.Problem(free, self.h, self.extra, *self.shape, self.x3_excess, self.back)
         c = np.asarray(kernel.c)
         if self.state is not None:
             c[0], kernel.start = self.state
@@ -234,6 +235,7 @@ class SplineRow:
             there = slice(free, 1 + len(ahead))
             known = known[ahead[free - 1 :]]
             c[there] = slower * known if slower < 1.0 else np.maximum(c[there], known)
+        least_time_ways.meet(kernel)
         return kernel
 
     def run(self, start: tuple[float, Floats | None, float], thinned: bool, settled: bool) -> SolverRun:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, NoPlanError, Span
 from cncgen.planner.least_time.chord_refinement import LOST, ChordedMotion, MeshPath
-from cncgen.planner.least_time.mesh import ENTER, LEAVE, LINE, SPLINE, Mesh
+from cncgen.planner.least_time.mesh import ENTER, ENTER_BACK, LEAVE, LEAVE_BACK, LINE, SPLINE, Mesh
 from cncgen.planner.least_time.motion_pieces import MotionPieces, pieces_of
 from cncgen.planner.least_time.problem import Intervals, Solution, solve
 from cncgen.planner.least_time.time_scaling import obstacle, time_scaled
@@ -96,7 +96,9 @@ class RollingWindow:
                     self.wanted = 2 * count
                     continue
                 final = max(final, len(given) // 4, 1)
-                final += int(given.kind[final] == ENTER)
+                # Neither at rest nor where the motion turns back does it have a state to go on from.
+                final += int(given.kind[final] in (ENTER, ENTER_BACK))
+                final += int(given.kind[final] == LEAVE_BACK)
             # From its new state the motion can certainly stop where the last plan did, so the next window reaches beyond that.
             self.wanted = max(SIZE, 3 * (len(given) - final) // 2)
             yield self._hand_on(given, solution, pieces, final, last and final == len(self))
@@ -222,7 +224,7 @@ class RollingWindow:
                 solution.limit[final:].copy(),
             )
             self.reserve = Solution(q, way, limit, 0.0, 0, True, fallback=True)
-        elif final == n and self.meshes and self.meshes[0].kind[self.used] == SPLINE:
+        elif final == n and self.meshes and self.meshes[0].kind[self.used] in (SPLINE, LEAVE_BACK):
             # The window could not be planned beyond this place, so the motion stops here, and the next mesh leaves a rest.
             self.meshes[0].kind[self.used] = LEAVE
             self.meshes[0].corner[self.used] = True

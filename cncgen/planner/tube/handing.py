@@ -158,7 +158,7 @@ class Hand:
     def _rest(self, trajectory: Trajectory, begin: float) -> float:
         """Return when a trajectory first rests from a time on, before it moves; infinite if it does not."""
         p = trajectory.profile
-        at = np.flatnonzero((p.v == 0.0) & (p.t[:-1] >= begin - _ROUNDING))
+        at = np.flatnonzero((p.v == 0.0) & (p.a == 0.0) & (p.t[:-1] >= begin - _ROUNDING))
         moving = np.flatnonzero(~p.waits & (p.t[1:] > begin + _ROUNDING))
         if not len(at) or not len(moving) or moving[-1] < at[0]:
             return np.inf
@@ -174,7 +174,7 @@ class Hand:
 
     def standing(self, begin: float, found: Solved) -> float:
         """Return how long a motion that leaves a rest waits for a setpoint there: the plan's wait is for its own way off, s."""
-        if not self.phased or (found.velocity[0] != 0.0).any():
+        if not self.phased or (found.velocity[0] != 0.0).any() or (found.acceleration[0] != 0.0).any():
             return 0.0
         return self.until_setpoint(begin)
 

@@ -202,7 +202,7 @@ def test_residual_matrix_and_right_side_are_those_of_the_constraints_as_they_are
     at, h, extra = columns.at, columns.h, columns.extra
     rows = least_time_problem.Problem(
         1, h, extra, given.x1[at], given.x2[at], given.x3[at], given.limits, given.factor[at],
-        given.x3_excess[at],
+        given.x3_excess[at], columns.back,
     )  # fmt: skip
     n, mu, ends = len(at), 1e-3, np.asarray(rows.ends)
     c = 300.0 + 100.0 * np.sin(np.arange(n + 2.0))
@@ -357,6 +357,7 @@ def small(
     return least_time_problem.Problem(
         1, np.ones(n), np.zeros((n, 2)), np.zeros((n, 3, 1)), second[:, :, None].copy(),
         third[:, :, None].copy(), np.full((2, 1), limit), np.ones((n, 2, 1)), np.full((n, 1), x3_excess),
+        np.zeros(n, np.int8),
     )  # fmt: skip
 
 
