@@ -12,7 +12,7 @@ from cncgen.machine.record import Machine
 from cncgen.planner.assembly import assemble, timed, waits_of
 from cncgen.planner.least_time.breakpoints import Breakpoints, PathBlock, breakpoints_of
 from cncgen.planner.least_time.crawling import paced
-from cncgen.planner.least_time.mesh import ENTER, ENTER_BACK, LEAVE, LEAVE_BACK, Mesh, mesh_of
+from cncgen.planner.least_time.mesh import ENTER, ENTER_BACK, LEAVE, LEAVE_BACK, LINE, Mesh, mesh_of
 from cncgen.planner.least_time.prefetch import prefetch
 from cncgen.planner.least_time.rolling_window import RollingWindow
 from cncgen.planner.least_time.speed_caps import SpeedCap
@@ -179,13 +179,12 @@ def _rest_alike(one: Mesh, other: Mesh) -> None:
 
     Either mesh was classified with the corners beside the border, but not with all that are further away.
     """
-    ends, begins = one.stop[-1], other.stop[0]
-    if ends and not begins:
-        other.kind[0], other.stop[0] = LEAVE, True
-    elif begins and not ends:
-        one.kind[-1], one.stop[-1] = ENTER, True
-    elif (one.kind[-1] == ENTER_BACK) != (other.kind[0] == LEAVE_BACK):
-        one.kind[-1], other.kind[0] = ENTER, LEAVE
+    if not (one.stop[-1] or other.stop[0]):
+        return
+    one.stop[-1] = other.stop[0] = True
+    if not (one.kind[-1] == ENTER_BACK and other.kind[0] == LEAVE_BACK):
+        one.kind[-1] = LINE if one.kind[-1] == LINE else ENTER
+        other.kind[0] = LINE if other.kind[0] == LINE else LEAVE
 
 
 def _moves(toolpath: Toolpath) -> bool:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from cncgen import judge, plan, read_text, sample
 from cncgen.machine import Machine, load
-from cncgen.planner.least_time import rolling_window
+from cncgen.planner.least_time import block_planning, rolling_window
+from cncgen.planner.least_time.mesh import ENTER, ENTER_BACK, LEAVE, LEAVE_BACK, LINE, SPLINE
 from cncgen.planner.record import Trajectory
 from tests.planner.judging import used
 
@@ -139,3 +141,27 @@ def test_holes_take_less_time(effort: str) -> None:
     axis = machine.axes["Z"]
     saved = (stops - time(rows, machine, "G64 P0.01", effort)) / 10.0
     assert saved == pytest.approx(axis.max_acceleration / axis.max_jerk, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "both"),
+    [
+        ((ENTER_BACK, True), (LEAVE_BACK, True), (ENTER_BACK, LEAVE_BACK)),
+        ((ENTER_BACK, True), (SPLINE, False), (ENTER, LEAVE)),
+        ((SPLINE, False), (LEAVE_BACK, True), (ENTER, LEAVE)),
+        ((ENTER, True), (LEAVE_BACK, True), (ENTER, LEAVE)),
+        ((LINE, True), (SPLINE, False), (LINE, LEAVE)),
+        ((SPLINE, False), (LINE, True), (ENTER, LINE)),
+        ((SPLINE, False), (SPLINE, False), (SPLINE, SPLINE)),
+    ],
+)
+def test_both_sides_of_a_border_rest_or_turn_back_alike(
+    one: tuple[int, bool], other: tuple[int, bool], both: tuple[int, int]
+) -> None:
+    """Each side is classified with the corners near by alone. Where they differ, the motion rests."""
+    meshes = [
+        SimpleNamespace(kind=np.array([kind], np.int8), stop=np.array([stop])) for kind, stop in (one, other)
+    ]
+    block_planning._rest_alike(*meshes)  # type: ignore[arg-type]
+    assert [int(each.kind[0]) for each in meshes] == list(both)
+    assert meshes[0].stop[0] == meshes[1].stop[0] == (both != (SPLINE, SPLINE))
