@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import os
-import signal
-import threading
 import warnings
 from collections.abc import Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import connection, get_context, parent_process, resource_tracker
-from types import FrameType
+from multiprocessing import get_context, resource_tracker
 from typing import Protocol
 
-from cncgen.interrupts import held, let_through
+from cncgen.interrupts import end_pool, follow_driver, held
 from cncgen.sweep.jobs import (
     Bundle,
     JobOutcome,
@@ -107,35 +104,13 @@ class LocalWorkers:
 
     def close(self) -> None:
         """End the processes and give up their batches."""
-        if self._pool is None:
-            return
-        for process in list((self._pool._processes or {}).values()):
-            process.terminate()
-        self._pool.shutdown(wait=True, cancel_futures=True)
+        if self._pool is not None:
+            end_pool(self._pool)
 
 
 def begin_worker(bundles: Sequence[Bundle]) -> None:
-    """Prepare a process of the pool: it keeps the programs, leaves Ctrl-C to the driver, and ends when the driver does."""
-
-    def leave(*_: int | FrameType | None) -> None:
-        try:
-            drop_folders()
-        finally:
-            os._exit(1)
-
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, leave)
-    let_through()
+    """Prepare a process of the pool, which keeps the programs."""
+    follow_driver(drop_folders)
     # As in the driver's process, warnings of libraries are none of the user's; faults are in the rows.
     warnings.showwarning = lambda *_, **__: None
     take_bundles(bundles)
-    parent = parent_process()
-    if parent is not None:
-        sentinel = parent.sentinel
-
-        def follow() -> None:
-            connection.wait([sentinel])
-            leave()
-
-        # A pool's process waits for work for ever when its driver was killed.
-        threading.Thread(target=follow, daemon=True).start()

@@ -1,9 +1,13 @@
 """Placed gains give the poles and bandwidths asked for; a search never ends worse than it began."""
 
+import contextlib
 import math
 import os
+import signal
+import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -29,6 +33,8 @@ from cncgen.servo.tuning.placement import VELOCITY_RATIO, check_stable, phase_ma
 from cncgen.servo.tuning.search import _trials, search
 
 from .bench import circle, profile, stream
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def closed_gain(servo, hertz):
@@ -197,6 +203,41 @@ def test_a_process_that_is_ended_is_told(monkeypatch: pytest.MonkeyPatch) -> Non
     )
     with pytest.raises(UsageError, match="ended from outside"):
         search(list(stream(circle(10.0, 60.0)[:100])), profile("dyna-1007"), sets=4, workers=2)
+
+
+#: A search whose processes each say that they try a gain set, and take ten minutes for it.
+LONG_SEARCH = """
+import os, time
+from cncgen.servo.tuning import search
+from tests.servo.bench import circle, profile, stream
+
+driver = os.getpid()
+
+def tried(*_):
+    if os.getpid() != driver:
+        print("tried", flush=True)
+        time.sleep(600)
+    return 1.0
+
+search._Trials.contour_rms = tried
+search.search(list(stream(circle(10.0, 60.0)[:100])), profile("dyna-1007"), sets=40, workers=2)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="processes are forked")
+@pytest.mark.parametrize("name", ["SIGINT", "SIGKILL"])
+def test_the_processes_of_a_search_end_with_it(name: str) -> None:
+    """The end of their common standard output says that all have ended; after an interrupt they did all that they had in hand."""
+    command = [sys.executable, "-c", LONG_SEARCH]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, cwd=ROOT, start_new_session=True) as run:
+        try:
+            assert run.stdout is not None
+            assert [run.stdout.readline() for _ in range(2)] == [b"tried\n"] * 2
+            run.send_signal(getattr(signal, name))
+            run.communicate(timeout=60)
+        finally:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(run.pid, signal.SIGKILL)
 
 
 def test_a_search_finds_less_contour_error_within_the_margin():

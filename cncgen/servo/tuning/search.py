@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.interrupts import end_pool, follow_driver, held
 from cncgen.machine.record import Servo
 from cncgen.servo.controllers.ccc import MODULUS, own_gain
 from cncgen.servo.named_schemes import Settings, cross_coupling, scheme_maker
@@ -128,6 +129,7 @@ _shared: list[_Trials] = []
 
 
 def _adopt(trials: _Trials) -> None:
+    follow_driver()
     _shared[:] = [trials]
 
 
@@ -192,14 +194,18 @@ def _run(trials: _Trials, draws: Floats, workers: int) -> Floats:
         return np.array([trials.contour_rms(draw) for draw in draws])
     forks = "fork" in multiprocessing.get_all_start_methods() and os.name == "posix" and not _is_mac()
     context = multiprocessing.get_context("fork" if forks else "spawn")
+    pool = ProcessPoolExecutor(workers, context, _adopt, (trials,))
     try:
-        with ProcessPoolExecutor(workers, context, _adopt, (trials,)) as pool:
-            return np.array(list(pool.map(_tried, draws, chunksize=max(1, len(draws) // (8 * workers)))))
+        with held():  # all processes are started here
+            results = pool.map(_tried, draws, chunksize=max(1, len(draws) // (8 * workers)))
+        return np.array(list(results))
     except BrokenProcessPool:
         message = "a process that tried gain sets was ended from outside: by the system for memory or time, or by hand"
         raise UsageError(
             Diagnostic("tune-processes", message, hint="--jobs 1 tries them in this process")
         ) from None
+    finally:
+        end_pool(pool)
 
 
 def _is_mac() -> bool:
