@@ -46,6 +46,11 @@ CONTROLS = {code: 0x2400 + code for code in range(0x20)} | dict.fromkeys(
 )
 
 
+def one_line(text: str) -> str:
+    """Return a text that names a file, in one line: names may hold line feeds, and whatever follows one would look like a message."""
+    return text.translate(CONTROLS)
+
+
 class Severity(StrEnum):
     """How bad: an error ends in exit 1, a warning and a note do not."""
 
@@ -91,7 +96,7 @@ class Diagnostic:
     def render(self) -> str:
         """Return the text for a person: ``file:line:col: severity[code]: message``, the line, a caret, the hint."""
         place = f"{self.span.file}:{self.span.line}:{self.span.column}: " if self.span else ""
-        text = f"{place}{self.severity}[{self.code}]: {self.message}"
+        text = one_line(f"{place}{self.severity}[{self.code}]: {self.message}")
         if self.span and self.excerpt:
             caret = max(self.span.column - 1 - self.excerpt_offset, 0)
             marks = "^" * max(1, min(self.span.length, len(self.excerpt) - caret))

@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Sequence
 
 from cncgen.cli import messages
-from cncgen.diagnostics import CncgenError
+from cncgen.diagnostics import CncgenError, one_line
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def check_all(programs: Sequence[str], shape: str | None, language: str | None, 
                     _show_tree(name, language, options, content, shape)
         except CncgenError as error:
             messages.show_error(error)
-            messages.note(f"{name}: {_counts(error.diagnostics, error.suppressed)}")
+            messages.note(one_line(f"{name}: {_counts(error.diagnostics, error.suppressed)}"))
             code, failed = max(code, error.exit_code), failed + 1
     if len(programs) > 1:
         messages.note(f"{len(programs)} files: {len(programs) - failed} without errors, {failed} with errors")
@@ -78,7 +78,8 @@ def _check(name: str, language: str | None, options: ReadOptions, content: bytes
         raise ProgramError(found)
     messages.show(found)
     counts = _counts(found, found.suppressed)
-    messages.note(f"{name}: {counts}, {count} {'motion or event' if count == 1 else 'motions and events'}")
+    motions = "motion or event" if count == 1 else "motions and events"
+    messages.note(one_line(f"{name}: {counts}, {count} {motions}"))
 
 
 def _is_stepnc(name: str, language: str | None, content: bytes | None) -> bool:

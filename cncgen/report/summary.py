@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cncgen.diagnostics import Diagnostic, Diagnostics, Severity, UsageError
+from cncgen.diagnostics import Diagnostic, Diagnostics, Severity, UsageError, one_line
 from cncgen.machine.record import Axis, Machine
 from cncgen.planner.record import MAX_CORNERS, Limit, Profile, SharpCorner, Trajectory
 from cncgen.report.feed_curve import FeedCurve, sparkline
@@ -318,7 +318,8 @@ def as_text(summary: dict[str, Any]) -> str:
     """Return the summary as the lines that a person reads."""
     feed = summary["feed_mm_s"]
     lines = [
-        f"{summary['program']} on {summary['machine']}: {duration(summary['cycle_time_s'])} ({split_text(summary)})"
+        one_line(f"{summary['program']} on {summary['machine']}")
+        + f": {duration(summary['cycle_time_s'])} ({split_text(summary)})"
         + f", {summary['path_length_mm']:.4f} mm, {counted(summary['motions'], 'motion')}, {counted(summary['samples'], 'setpoint')}",
         f"feed{_feed_of(summary)}: mean {_short(feed['mean'])}, max {_short(feed['max'])} mm/s; {counted(summary['sharp_corner_count'], 'sharp corner')}",
     ]

@@ -258,6 +258,26 @@ def test_what_controls_a_terminal_is_shown(cncgen: Run, tmp_path: Path) -> None:
     assert said == "a\u241b[31mb.nc: no errors, 4 motions and events\n"
 
 
+def test_what_follows_a_line_feed_in_a_name_is_no_message(cncgen: Run, tmp_path: Path) -> None:
+    """`ls` shows such a name in one line, too; `x: no errors` of a name was a line of its own."""
+    name = "a\nx: no errors\nb.nc"
+    shown = "a␊x: no errors␊b.nc"
+    (tmp_path / name).write_bytes(SMALL)
+    assert cncgen("check", name).stderr.decode() == f"{shown}: no errors, 4 motions and events\n"
+    assert cncgen(*PLAN, name, "-o", "o.csv").stderr.decode().startswith(f"{shown} on ")
+    (tmp_path / name).write_bytes(b"G21\nG1 X\n")
+    said = cncgen("check", name).stderr.decode().splitlines()
+    assert said[0].startswith(f"{shown}:2:")
+    assert said[-1].startswith(f"{shown}: 1 error")
+
+
+@pytest.mark.parametrize("content", [b"", b"\n\n"])
+def test_standard_input_without_a_block(cncgen: Run, content: bytes) -> None:
+    """The message was "- has no block"."""
+    said = cncgen("check", "-", stdin=content).stderr.decode()
+    assert "error[empty-program]: the program has no block" in said
+
+
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
 def test_a_log_that_is_full_costs_no_setpoints(tmp_path: Path, small: Path) -> None:
     """Standard error goes to a file on a full disk: the plan was thrown away, and its exit code blamed the program."""

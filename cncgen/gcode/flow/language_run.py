@@ -410,7 +410,7 @@ class LanguageRun(Run, Generic[P]):
         except BlockError as error:
             self._faults.at(here, error)
         if last is None:
-            self._faults.at(here, BlockError("empty-program", f"{self.sources[0].name} has no block"))
+            self._faults.at(here, BlockError("empty-program", "the program has no block"))
         elif not self.ip.state.ended and not self._faults.found:
             self.ip.base.block = empty_block(here)
             names = self.ends_with

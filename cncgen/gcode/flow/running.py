@@ -90,7 +90,7 @@ class Runner(Run):
         if self.ip.guard is not None:
             course.executor.guarded(Block({}, m=(20,), line=last.line, offset=last.offset))
         if not course.percent.seen:
-            self._faults.at(Cursor(0, 0, 1), BlockError("empty-program", f"{source.name} has no block"))
+            self._faults.at(Cursor(0, 0, 1), BlockError("empty-program", "the program has no block"))
         elif not self.ip.state.ended:
             self.ip.base.block = Block({}, line=last.line, offset=last.offset)
             self._faults.remark(
