@@ -166,9 +166,13 @@ def _read_line(text: str, remark: str, tools: dict[int, Tool]) -> str:
     """Take a line into the table; return its fault, or ""."""
     import re
 
-    words = {letter.upper(): float(number) for letter, number in re.findall(_WORD, text)}
+    pairs = [(letter.upper(), float(number)) for letter, number in re.findall(_WORD, text)]
+    words = dict(pairs)
     if re.sub(_WORD, "", text).strip():
         return f"{re.sub(_WORD, '', text).strip()[:40]!r} is not a word of a tool table"
+    if len(words) < len(pairs):
+        twice = next(letter for letter in words if [each for each, _ in pairs].count(letter) > 1)
+        return f"{twice} stands in the line twice"
     if "T" not in words:
         return "the line has no tool number T"
     for letter, number in words.items():

@@ -160,12 +160,13 @@ def test_a_wrong_parameter_file_names_every_fault(run: Any, tmp_path: Any) -> No
     from cncgen.diagnostics import UsageError
 
     table = tmp_path / "in.var"
-    table.write_text("5221 x\n\n99999 1\n; fine\n")
+    table.write_text("5221 x\n\n99999 1\n; fine\n5161 1\n5161 2\n")
     with pytest.raises(UsageError) as caught:
         run("M2", parameters=table)
     assert [(d.code, d.span.line) for d in caught.value.diagnostics if d.span] == [
         ("parameter-file", 1),
         ("parameter-file", 3),
+        ("parameter-file", 6),
     ]
 
 

@@ -54,10 +54,10 @@ def test_lengths_go_by_remark_and_by_number(tmp_path: Path) -> None:
 
 def test_every_wrong_line_of_a_tool_table_is_named(tmp_path: Path) -> None:
     table = tmp_path / "tools.tbl"
-    table.write_text("T1 Z5\nhello\nT1.5 Z5\nP2 Z5\nT1 Z6\n")
+    table.write_text("T1 Z5\nhello\nT1.5 Z5\nP2 Z5\nT1 Z6\nT7 Z5 D6 Z7\n")
     with pytest.raises(UsageError) as caught:
         read_tool_table(table)
-    assert [found.span.line for found in caught.value.diagnostics if found.span] == [2, 3, 4, 5]
+    assert [found.span.line for found in caught.value.diagnostics if found.span] == [2, 3, 4, 5, 6]
 
 
 class _Faulty:

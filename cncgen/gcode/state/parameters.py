@@ -209,9 +209,15 @@ def read_parameters(path: Path, parameters: Parameters) -> None:
     """
     lines = read_utf8(path, at_most=MAX_FILE_BYTES).decode("utf-8", "replace").splitlines()
     faults = []
+    first: dict[str, int] = {}
     for count, line in enumerate(lines, 1):
         words = line.split()
         if not words or words[0][0] in ";#":
+            continue
+        before = first.setdefault(words[0].lower(), count)
+        if before < count:
+            message = f"{words[0][:60]} stands in line {before} already"
+            faults.append(Diagnostic("parameter-file", message, span=Span(str(path), count)))
             continue
         try:
             if words[0].lower().startswith(_OF_THE_MACHINE):
