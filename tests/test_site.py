@@ -137,7 +137,7 @@ def test_the_examples_of_sweeps_run(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert [len(frame) for frame in frames] == [16, 16, 16]
     goal = load_sweep("search.toml").search
     assert goal is not None
-    assert goal.under == {"contour_error_max_mm": 0.02}
+    assert goal.under == {"contour_error_max_mm": 0.06}
 
 
 def files_of_the_examples(folder: Path, page: str) -> None:

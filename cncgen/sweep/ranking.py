@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,11 +20,31 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 
-def ranked(values: Floats, *, largest: bool = False) -> Indices:
-    """Return the numbers of the rows with a finite value, the smallest value first (`largest`: last); ties as they stand."""
+def ranked(values: Floats, *, largest: bool = False, excess: Floats | None = None) -> Indices:
+    """Return the numbers of the rows with a finite value, the smallest value first (`largest`: last); ties as they stand.
+
+    Args:
+        values: Shape (n,).
+        largest: Whether the largest value stands first.
+        excess: How far each row is over its bounds, shape (n,): rows with more stand behind those with less, whatever their values.
+    """
     finite = np.flatnonzero(np.isfinite(values))
-    order = np.argsort(-values[finite] if largest else values[finite], kind="stable")
-    return finite[order]
+    signed = -values[finite] if largest else values[finite]
+    return finite[np.lexsort((signed, np.zeros(len(finite)) if excess is None else excess[finite]))]
+
+
+def excess_over(table: pyarrow.Table, bounds: Mapping[str, float]) -> Floats:
+    """Return how far each row is over its worst bound, as a share of the bound (of 1 where that is 0): 0 where it keeps all.
+
+    Args:
+        table: Rows; one without a figure counts as over its bound.
+        bounds: Upper bounds by figure.
+    """
+    found = np.zeros(len(table))
+    for name, bound in bounds.items():
+        over = (column_of(table, name) - bound) / (abs(bound) or 1.0)
+        found = np.maximum(found, np.where(np.isnan(over), np.inf, over))
+    return found
 
 
 def pareto_front(first: Floats, second: Floats) -> Indices:

@@ -130,13 +130,13 @@ class ResultsFolder:
         """Write the sweep's own text beside its results."""
         _written(self.path / _SWEEP, text.encode())
 
-    def sought(self) -> list[str]:
-        """Return the figure that the search of these results minimises, then those that it bounds; [] for other sweeps."""
+    def sought(self) -> tuple[str | None, dict[str, float]]:
+        """Return the figure that the search of these results minimises, and the bounds of others; None and {} for other sweeps."""
         try:
             search = tomllib.loads((self.path / _SWEEP).read_text(encoding="utf-8"))["search"]
-            return [search["minimise"], *search.get("under", {})]
+            return str(search["minimise"]), {name: float(to) for name, to in search.get("under", {}).items()}
         except (OSError, ValueError, LookupError, TypeError, AttributeError):
-            return []  # another sweep, or a text that was changed by hand
+            return None, {}  # another sweep, or a text that was changed by hand
 
     def remember_design(self, design: DrawnDesign) -> None:
         """Write which row is the job of which point."""

@@ -17,7 +17,14 @@ from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.files import open_output
 from cncgen.report.swept import Cell, Share, rows_text, shares_text, swept_figure
 from cncgen.report.tables import counted
-from cncgen.sweep.ranking import column_of, pareto_front, ranked, rows_by_program, sensitivities_of
+from cncgen.sweep.ranking import (
+    column_of,
+    excess_over,
+    pareto_front,
+    ranked,
+    rows_by_program,
+    sensitivities_of,
+)
 from cncgen.sweep.results import FIRST, LAST, ResultsFolder, needed_pyarrow
 from cncgen.sweep.sensitivities import Sensitivities
 
@@ -36,7 +43,7 @@ class ShownResults:
         name: Of the folder.
         table: All rows.
         by: The figure that ranks.
-        order: The rows by it, the best first.
+        order: The rows by it, the best first; those that break a bound of a search stand behind those that keep all.
         pair: The figures of the front; None where there is one figure alone.
         fronts: Its rows by program: the rows that no other row of the program beats.
         sensitivities: Of each figure, by program and machine.
@@ -96,6 +103,8 @@ def shown_results(
 ) -> ShownResults:
     """Rank the results in a folder, and find their Pareto fronts and sensitivities, of each program for itself.
 
+    Rows of a search that break its bounds stand behind all that keep them.
+
     Args:
         path: The folder.
         by: Figure that ranks; None: the first figure, or that of a search.
@@ -114,17 +123,29 @@ def shown_results(
         for name in table.column_names
         if name not in (*FIRST, *LAST) and str(table.schema.field(name).type) == "double"
     ]
-    figures = list(drawn.figures) if drawn else folder.sought() or numeric[-1:]
+    sought, bounds = folder.sought()
+    figures = list(drawn.figures) if drawn else [sought, *bounds] if sought else numeric[-1:]
     chosen = _known(by or figures[0], numeric)
-    order = ranked(column_of(table, chosen), largest=largest)
+    excess = excess_over(table, {_known(name, numeric): bound for name, bound in bounds.items()})
+    order = ranked(column_of(table, chosen), largest=largest, excess=excess)
     pair = _pair(pareto, figures, numeric)
     rows = rows_by_program(table)
     fronts = _fronts(table, pair, rows) if pair else {}
     found = sensitivities_of(drawn, table) if drawn else {}
     best = {program: order[np.isin(order, own)][:top] for program, own in rows.items()}
     least = {program: front[:top] for program, front in fronts.items()}
-    text = _text(table, chosen, best, pair, least, found)
+    ranking = f"by {chosen}{_kept(bounds, int((excess <= 0.0).sum()), len(table))}"
+    text = _text(table, ranking, best, pair, least, found)
     return ShownResults(os.fspath(path), table, chosen, order, pair, fronts, found, text)
+
+
+def _kept(bounds: Mapping[str, float], keeping: int, rows: int) -> str:
+    """Tell how many rows keep the bounds of a search; "" without bounds."""
+    if not bounds:
+        return ""
+    named = ", ".join(f"{name} up to {bound:g}" for name, bound in bounds.items())
+    many = f"{keeping} of {counted(rows, 'row')} with {named}"
+    return f"; {many} first" if keeping else f"; {many}, the nearest to it first"
 
 
 def _fronts(table: pyarrow.Table, pair: tuple[str, str], rows: Mapping[str, Indices]) -> dict[str, Indices]:
@@ -154,7 +175,7 @@ def _shares(one: Sensitivities) -> list[Share]:
 
 def _text(
     table: pyarrow.Table,
-    by: str,
+    ranking: str,
     best: Mapping[str, Indices],
     pair: tuple[str, str] | None,
     fronts: Mapping[str, Indices],
@@ -167,7 +188,7 @@ def _text(
     for program, rows in best.items():
         of = f"{program}, " if len(best) > 1 else ""
         if len(rows):
-            parts.append(f"{of}by {by}:\n" + rows_text(columns, rows, shown))
+            parts.append(f"{of}{ranking}:\n" + rows_text(columns, rows, shown))
         if pair and len(fronts[program]):
             head = f"{of}Pareto front of {pair[0]} and {pair[1]}:\n"
             parts.append(head + rows_text(columns, fronts[program], shown))
