@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 _HAS_LOCKS = os.name == "posix"
 #: Name of standard input and output wherever a file is asked for.
 STANDARD = "-"
+#: What messages call it where it is read.
+STANDARD_INPUT = "standard input"
 #: Where Linux shows a process the files that it has open.
 _DESCRIPTORS = "/proc/self/fd"
 
@@ -46,7 +48,7 @@ def file_fault(path: str | os.PathLike[str], verb: str, error: OSError) -> Usage
         errno.ELOOP: "its symbolic links go round in a circle",
     }
     reason = reasons.get(error.errno or 0, error.strerror or str(error))
-    stream = "standard input" if verb == "read" else "standard output"
+    stream = STANDARD_INPUT if verb == "read" else "standard output"
     name = stream if path == STANDARD else os.fspath(path) or "the file with an empty name"
     return UsageError(Diagnostic(f"file-{verb}", f"cannot {verb} {name}: {reason}"))
 
@@ -164,7 +166,7 @@ def open_input(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     """Open a file for reading bytes, or standard input for ``-``; a `UsageError` names a file that cannot be opened."""
     if os.fspath(path) == STANDARD:
         if sys.stdin is None:
-            raise file_fault("standard input", "read", OSError(errno.EBADF, "it is closed"))
+            raise file_fault(STANDARD_INPUT, "read", OSError(errno.EBADF, "it is closed"))
         yield sys.stdin.buffer
         return
     begun = _begun.pop(os.fspath(path), None)

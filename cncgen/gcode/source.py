@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from cncgen.diagnostics import Diagnostic, UsageError
-from cncgen.files import STANDARD, WIDE_MARK, as_utf8, file_fault, is_wide, reading_faults
+from cncgen.files import STANDARD, STANDARD_INPUT, WIDE_MARK, as_utf8, file_fault, is_wide, reading_faults
 from cncgen.records import replace
 
 TYPE_CHECKING = False
@@ -118,7 +118,7 @@ def _spool_faults(name: str) -> Iterator[None]:
             folder = tempfile.gettempdir()
         except FileNotFoundError:
             folder = "any folder for temporary files"
-        what = "standard input" if name == STANDARD else name
+        what = STANDARD_INPUT if name == STANDARD else name
         found = file_fault(folder, "write", error).diagnostics[0]
         message = f"{found.message} ({what} is kept in a temporary file while it is read)"
         hint = "give the program as a file, or name another folder in the environment: TMPDIR"

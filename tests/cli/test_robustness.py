@@ -8,6 +8,7 @@ import re
 import resource
 import shlex
 import signal
+import struct
 import subprocess
 import sys
 import threading
@@ -269,6 +270,18 @@ def test_what_follows_a_line_feed_in_a_name_is_no_message(cncgen: Run, tmp_path:
     said = cncgen("check", name).stderr.decode().splitlines()
     assert said[0].startswith(f"{shown}:2:")
     assert said[-1].startswith(f"{shown}: 1 error")
+
+
+def test_setpoints_of_standard_input_are_named_so(cncgen: Run) -> None:
+    """The messages named a file "-", and did not say that a format without a head has to be named."""
+    rows = struct.pack("<4d", 0.0, 0.0, 0.001, 0.0)
+    said = cncgen("simulate", "--axis-params", "xy-table", stdin=rows).stderr.decode()
+    assert said.startswith(
+        "standard input:1:1: error[setpoints-header]: standard input is not a setpoint file"
+    )
+    assert "--format names another format" in said
+    named = cncgen("simulate", "--axis-params", "xy-table", "--format", "f64", "--axes", "X", stdin=rows)
+    assert named.returncode == 0
 
 
 @pytest.mark.parametrize("content", [b"", b"\n\n"])

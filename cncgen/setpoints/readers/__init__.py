@@ -13,7 +13,7 @@ from contextlib import contextmanager
 
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.extensions import FORMAT_GROUP, FORMATS, SUFFIXES, foreign_module, is_format, part_of
-from cncgen.files import open_input, peeked
+from cncgen.files import STANDARD, STANDARD_INPUT, open_input, peeked
 from cncgen.setpoints.readers.blocks import FileBlock, only, stream_of
 from cncgen.setpoints.stream import SetpointStream
 
@@ -72,6 +72,8 @@ def open_setpoints(
         else:
             module = foreign_module(FORMAT_GROUP, kind)
             part_of(module, "blocks", f"read {kind}")
+        if name == STANDARD:
+            name = STANDARD_INPUT
         blocks: Iterator[FileBlock] = module.blocks(file, name, axes or unnamed_axes or None, period_s)
         stream = stream_of(blocks, name, period_s, default_period_s)
         yield only(stream, axes.upper()) if axes else stream

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, Span, UsageError, excerpt_of
-from cncgen.files import STANDARD, reading_faults, utf8_of
+from cncgen.files import STANDARD_INPUT, reading_faults, utf8_of
 from cncgen.kernels import decimal_rows as kernel
 from cncgen.setpoints.columns import POSITION_COLUMNS
 from cncgen.setpoints.readers.blocks import FileBlock, RowFaults, warn_of_columns
@@ -42,9 +42,8 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
         head, _, text = text.partition(b"\n")
         header, number = head.strip(), number + 1
     if not header:
-        hint = "did the command before the pipe end with an error?" if name == STANDARD else ""
-        message = f"{'standard input' if name == STANDARD else name} holds no setpoints: it is empty"
-        raise UsageError(Diagnostic("setpoints-empty", message, hint=hint))
+        hint = "did the command before the pipe end with an error?" if name == STANDARD_INPUT else ""
+        raise UsageError(Diagnostic("setpoints-empty", f"{name} holds no setpoints: it is empty", hint=hint))
     table = _Table(name, header, number)
     faults = RowFaults(name)
     while text or (text := next(lines, b"")):
@@ -113,7 +112,8 @@ class _Table:
                     span=Span(name, max(line, 1)),
                     excerpt=excerpt,
                     excerpt_offset=cut,
-                    hint="the header is t_s, then the axes with their unit, by commas: t_s,x_mm,y_mm,a_deg",
+                    hint="the header is t_s, then the axes with their unit, by commas: t_s,x_mm,y_mm,a_deg; "
+                    "--format names another format than csv (f64 and hal are not known by their content)",
                 )
             )
         warn_of_columns(names, name)
