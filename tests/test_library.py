@@ -401,6 +401,16 @@ def test_a_summary_of_setpoints_that_were_not_drawn_is_an_error_and_no_row_of_ze
     assert summary.as_json()["motion_time_s"] == pytest.approx(drawn.time_s[-1], abs=0.001)
 
 
+def test_a_summary_shows_itself() -> None:
+    """As the command prints it; it was an object at an address."""
+    stream, summary = cncgen.plan_with_summary(square(), "xy-table")
+    assert repr(summary) == str(summary) == "Summary('square.nc' on 'xy-table', not drawn to its end)"
+    time_s = stream.collect().time_s[-1]
+    assert str(summary).startswith("square.nc on xy-table: ")
+    told = repr(summary).removeprefix("Summary('square.nc' on 'xy-table', ").removesuffix(" s)")
+    assert float(told) == pytest.approx(time_s, abs=0.001)
+
+
 def test_a_stream_is_drawn_once() -> None:
     """A second time it would look like a program that moves nothing."""
     plan, stream = cncgen.plan(square()), cncgen.sample(cncgen.plan(square()))

@@ -200,6 +200,14 @@ class Summary:
         self.remarks.extend(values.pop("diagnostics", ()))
         self._values.update(values)
 
+    def __repr__(self) -> str:
+        rest = duration(self.as_json()["cycle_time_s"]) if self._complete else "not drawn to its end"
+        return f"Summary({self._program.name!r} on {self._machine.name!r}, {rest})"
+
+    def __str__(self) -> str:
+        """Return what ``cncgen plan`` prints; of setpoints that have not been drawn to their end, what `repr` says."""
+        return as_text(self.as_json()) if self._complete else repr(self)
+
     def as_json(self) -> dict[str, Any]:
         """Return the output of ``cncgen plan --summary`` as plain values.
 

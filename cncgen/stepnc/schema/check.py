@@ -93,7 +93,8 @@ def _check_types(exchange: Exchange, table: Table) -> None:
     for name, (ident, count) in unknown.items():
         if "MACHINING_WORKPLAN" in table and not name.startswith("MACHINING_"):
             continue  # the AIM has 1,400 more, of products and their shape
-        text = f"{count} instances of {name} are not used: the entity is not known"
+        instances = f"{count} instances of {name} are" if count > 1 else f"an instance of {name} is"
+        text = f"{instances} not used: the entity is not known"
         exchange.report(ident, "stepnc-unknown-entity", text, severity=Severity.NOTE)
 
 
