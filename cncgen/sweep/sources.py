@@ -35,12 +35,14 @@ def programs_of(reader: SweepReader, table: Mapping[str, Any], options: dict[str
     for key in FILES:
         if isinstance(options.get(key), str):
             content = _content(reader, f"options.{key}", reader.folder / options[key])
-            options[key] = f"options/{os.path.basename(options[key])}"
+            options[key] = f"options/{key}/{os.path.basename(options[key])}"
             beside[options[key]] = content
     found: dict[str, Bundle] = {}
     for pattern in patterns:
-        paths = sorted(glob.glob(str(reader.folder / pattern), recursive=True))
-        paths = [path for path in paths if os.path.isfile(path)]
+        named = os.path.join(glob.escape(str(reader.folder)), pattern)
+        paths = [path for path in sorted(glob.glob(named, recursive=True)) if os.path.isfile(path)]
+        if os.path.isfile(reader.folder / pattern):  # part[1].nc names a file, too
+            paths = [str(reader.folder / pattern)]
         if not paths:
             reader.fault("sweep-value", "programs", f"programs: no file is named {pattern}")
         for path in paths:
@@ -51,7 +53,10 @@ def programs_of(reader: SweepReader, table: Mapping[str, Any], options: dict[str
 
 
 def _included(reader: SweepReader, table: Mapping[str, Any]) -> dict[str, bytes]:
-    """Return the files of the folders of ``include`` by their names there: subprograms, which programs call by name."""
+    """Return the files of the folders of ``include`` by their names there: subprograms, which programs call by name.
+
+    Of files with one name that of the first folder counts, as of the folders of ``--include``.
+    """
     files: dict[str, bytes] = {}
     for name in reader.texts(table, "include"):
         folder = reader.folder / name
@@ -59,7 +64,8 @@ def _included(reader: SweepReader, table: Mapping[str, Any]) -> dict[str, bytes]
             reader.fault("sweep-value", "include", f"include: {name} is not a folder")
             continue
         for path in sorted(item for item in folder.iterdir() if item.is_file()):
-            files[path.name] = _content(reader, "include", path)
+            if path.name not in files:
+                files[path.name] = _content(reader, "include", path)
     if sum(map(len, files.values())) > _MOST_BYTES:
         reader.fault("sweep-value", "include", f"include: the files are larger than {_MOST_BYTES} bytes")
     return files

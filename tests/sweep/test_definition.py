@@ -20,6 +20,34 @@ Write = Callable[[str], Path]
 HEAD = 'programs = ["part.nc"]\nmachine = "xy-table"\n'
 
 
+def test_files_of_one_name_stay_apart(folder: Path) -> None:
+    """The first folder counts, as of ``--include``: it was the last; and of two options one file was read for both."""
+    for name in ("first", "second"):
+        (folder / name).mkdir()
+        (folder / name / "sub.ngc").write_text(name)
+    (folder / "first" / "t").write_text("T1 P1 D6")
+    (folder / "second" / "t").write_text("5161 1")
+    options = '[options]\ntool_table = "first/t"\nparameters = "second/t"\n'
+    (folder / "s.toml").write_text(
+        HEAD + 'include = ["first", "second"]\n' + options + SWEEP.partition(HEAD)[2]
+    )
+    sweep = load_sweep("s.toml")
+    files = sweep.programs["part.nc"].files
+    assert files["sub.ngc"] == b"first"
+    assert files[sweep.options["tool_table"]] == b"T1 P1 D6"
+    assert files[sweep.options["parameters"]] == b"5161 1"
+
+
+def test_brackets_in_names_are_no_pattern(folder: Path) -> None:
+    """Of a folder, and of a file that is there."""
+    (folder / "a[1]").mkdir()
+    (folder / "a[1]" / "part[2].nc").write_text("M2")
+    (folder / "a[1]" / "s.toml").write_text(HEAD.replace("part.nc", "part[2].nc") + SWEEP.partition(HEAD)[2])
+    assert list(load_sweep("a[1]/s.toml").programs) == ["part[2].nc"]
+    (folder / "a[1]" / "s.toml").write_text(HEAD.replace("part.nc", "part?2?.nc") + SWEEP.partition(HEAD)[2])
+    assert list(load_sweep("a[1]/s.toml").programs) == ["part[2].nc"]
+
+
 def test_every_fault_is_named_in_one_run_with_its_line(with_sweep: Write) -> None:
     text = """programs = ["part.nc", "missing-*.nc"]
 machine = "xy-tabel"
