@@ -227,6 +227,8 @@ def stock_of_option(text: str) -> Stock:
         return box(numbers[:3], numbers[3:])
     if kind == "cylinder" and len(numbers) == 5:
         x, y, diameter, low, high = numbers
+        if diameter < 0.0:
+            raise UsageError(Diagnostic("cut-stock", f"the diameter of the cylinder is {diameter:g} mm"))
         made = box((x - diameter / 2, y - diameter / 2, low), (x + diameter / 2, y + diameter / 2, high))
         return Stock("cylinder", made.low, made.high)
     if kind in ("box", "cylinder") and not Path(text).exists():
@@ -248,11 +250,10 @@ def read_stl(name: str) -> Floats:
         kind = np.dtype([("normal", "<f4", 3), ("points", "<f4", (3, 3)), ("flags", "<u2")])
         triangles = np.frombuffer(data, kind, count, 84)["points"].astype(float)
     else:
-        words = [
-            line.split()[1:4]
-            for line in data.decode("latin-1").splitlines()
-            if line.split()[:1] == ["vertex"]
-        ]
+        lines = [line.split() for line in data.decode("latin-1").splitlines()]
+        words = [line[1:4] for line in lines if line[:1] == ["vertex"]]
+        if words and ["endsolid"] not in [line[:1] for line in lines]:
+            raise UsageError(Diagnostic("cut-stl", f"{name} is cut off: it has no line endsolid"))
         try:
             numbers = np.array(words, float)
         except ValueError:

@@ -163,11 +163,24 @@ def test_tools_that_are_none_are_refused(text, tmp_path, capsys):
     assert "cut-tool" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("text", ["box:0,0,0", "box:0,0,0,0,1,1", "cylinder:0,0,1", "no-such-file.stl"])
+@pytest.mark.parametrize(
+    "text", ["box:0,0,0", "box:0,0,0,0,1,1", "cylinder:0,0,1", "cylinder:0,0,-10,0,5", "no-such-file.stl"]
+)
 def test_stocks_that_are_none_are_refused(text, tmp_path):
     program = tmp_path / "p.ngc"
     program.write_text("M2\n")
     assert command(["cut", str(program), "--stock", text]) == 2
+
+
+def test_a_text_that_is_cut_off_is_no_stock(tmp_path):
+    """Its triangles were a stock that is open where the file ends."""
+    facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+    file = tmp_path / "s.stl"
+    file.write_text(f"solid s\n{facet}endsolid s\n")
+    assert read_stl(str(file)).shape == (1, 3, 3)
+    file.write_text(f"solid s\n{facet}")
+    with pytest.raises(UsageError, match="is cut off"):
+        read_stl(str(file))
 
 
 def pocket_part(tmp_path, radial=5.0, stop=None):
