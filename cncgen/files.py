@@ -37,6 +37,7 @@ def file_fault(path: str | os.PathLike[str], verb: str, error: OSError) -> Usage
     reasons = {
         errno.ENOENT: "there is no such file" if verb == "read" else "its directory does not exist",
         errno.EISDIR: "it is a directory",
+        errno.EEXIST: "it is there already, and no directory",
         errno.EACCES: "permission denied",
         errno.EPERM: "permission denied",
         errno.EROFS: "the file system is read-only",

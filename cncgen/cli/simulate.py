@@ -104,6 +104,8 @@ def command(
             raise click.UsageError(
                 "--fmu exports the axes: it takes no setpoints, and neither -o nor --summary."
             )
+        if not fmu.lower().endswith(".fmu"):
+            raise click.UsageError(f"--fmu {fmu}: a unit of FMI is written as .fmu.")
         _export(fmu, machine, planning["axis_params"], controller, (axes, period), int(fmi or 2))
         return
     check_response_name(output)

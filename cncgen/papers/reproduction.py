@@ -44,9 +44,8 @@ def reproduce(name: str | None = None, programs: str | None = None) -> dict[str,
 def _wanted(name: str | None) -> Sequence[str]:
     """Return the names of the papers that are asked for."""
     if name is not None and name not in NAMES:
-        raise UsageError(
-            Diagnostic("reproduce-name", f"no paper is called {name!r}; there are {', '.join(NAMES)}")
-        )
+        papers = ", ".join(f"{one} ({module.rpartition('.')[2]})" for one, module in MODULES.items())
+        raise UsageError(Diagnostic("reproduce-name", f"no paper is called {name!r}; there are {papers}"))
     return [name] if name else NAMES
 
 

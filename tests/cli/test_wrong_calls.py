@@ -58,6 +58,8 @@ def folder(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("verify s.csv -p part.nc --axes XX", 2, "'XX' does not name axes"),
         ("simulate s.csv --axes X,Q", 2, "'X,Q' does not name axes"),
         ("report part.nc -o page.pdf", 2, "page.pdf: a page is written as .html"),
+        ("simulate --axis-params xy-table --fmu axes.zip", 2, "a unit of FMI is written as .fmu"),
+        ("reproduce hsu", 2, "003 (tsai_2010), 004 (hsu_1999)"),
         (
             "plan part.nc -m xy-table --format csp-raw -o f",
             2,
