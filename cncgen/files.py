@@ -168,6 +168,7 @@ def open_input(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     if os.fspath(path) == STANDARD:
         if sys.stdin is None:
             raise file_fault(STANDARD_INPUT, "read", OSError(errno.EBADF, "it is closed"))
+        note_read(sys.stdin.buffer)
         yield sys.stdin.buffer
         return
     begun = _begun.pop(os.fspath(path), None)
@@ -181,7 +182,19 @@ def open_input(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
             file.close()
             raise IsADirectoryError(errno.EISDIR, "is a directory")
     with file:
+        note_read(file)
         yield file
+
+
+def note_read(file: BinaryIO) -> None:
+    """Note that the run of a command reads an open file, which none of its outputs may replace then."""
+    with suppress(OSError, ValueError):  # a stream of Python's own
+        if _read is not None:
+            _read.add(_identity(os.fstat(file.fileno())))
+
+
+def _identity(found: os.stat_result) -> tuple[int, int]:
+    return found.st_dev, found.st_ino
 
 
 class _Begun(io.RawIOBase):
@@ -260,10 +273,17 @@ class OutputFile:
     `UsageError` that names the file, except a broken pipe.
     """
 
-    def __init__(self, path: str | os.PathLike[str]) -> None:
+    def __init__(self, path: str | os.PathLike[str], replaces: str | os.PathLike[str] | None = None) -> None:
+        """Open it.
+
+        Args:
+            path: Its name.
+            replaces: A file that was read, and that it may be all the same.
+        """
         from pathlib import Path
 
         self.path, self._name = Path(path), os.fspath(path)
+        self._replaces = replaces
         self._target: Path | None = None
         self._temporary: str | None = None
         #: A second descriptor of a file that has a name beside its target: its lock says that a process still writes it.
@@ -372,6 +392,16 @@ class OutputFile:
                 _give_name(self.file.fileno(), path)
 
         self._guard(named)
+
+    def check_unread(self, read: set[tuple[int, int]]) -> None:
+        """Raise `UsageError` where it would replace a file that was read, by device and number; a terminal may be both."""
+        with suppress(OSError):
+            if self._target is None:
+                return
+            own = _identity(os.stat(self.path))
+            if own in read and (self._replaces is None or own != _identity(os.stat(self._replaces))):
+                message = f"{self._name} would overwrite a file that was read"
+                raise UsageError(Diagnostic("option-value", message, hint="give each its own file"))
 
     def commit(self) -> None:
         """Close the file and give it its name."""
@@ -573,42 +603,57 @@ Sink = OutputFile | StandardOutput
 
 #: Files that wait for the end of `together`; None: each appears when it is done.
 _waiting: list[OutputFile] | None = None
+#: The files that the run of a command has read, by device and number.
+_read: set[tuple[int, int]] | None = None
 
 
 @contextmanager
 def together() -> Iterator[None]:
     """Let the files that are written in a with block appear when it ends well: all of them, or none.
 
+    None may replace a file that was read in the block (`option-value`): a subprogram is found while the program runs.
     It is the process's own (files of other threads wait too), made for the run of a command.
     """
-    global _waiting
-    outer, _waiting = _waiting, []
-    files = _waiting
+    global _waiting, _read
+    outer = _waiting, _read
+    files: list[OutputFile] = []
+    read: set[tuple[int, int]] = set()
+    _waiting, _read = files, read
     try:
         yield
+        for file in files:
+            file.check_unread(read)
         if len(files) > 1:
             for file in files:
                 file.name_beside()
         for file in files:
             file.commit()
     finally:
-        _waiting = outer
+        _waiting, _read = outer
         for file in files:
             file.discard()
 
 
 @contextmanager
-def open_output(path: str | os.PathLike[str] | None, *, outlives_reader: bool = False) -> Iterator[Sink]:
+def open_output(
+    path: str | os.PathLike[str] | None,
+    *,
+    outlives_reader: bool = False,
+    replaces: str | os.PathLike[str] | None = None,
+) -> Iterator[Sink]:
     """Open `path` for writing, standard output for ``-`` or None; the file appears when the block ends well.
 
-    With `outlives_reader`, a reader of standard output that goes away does not end the work.
+    Args:
+        path: The file.
+        outlives_reader: Whether a reader of standard output that goes away does not end the work.
+        replaces: A file that was read, and that `path` may be all the same.
     """
     if path is None or os.fspath(path) == STANDARD:
         output = StandardOutput(outlives_reader)
         yield output
         output.flush()
         return
-    file = OutputFile(path)
+    file = OutputFile(path, replaces)
     try:
         yield file
     except BaseException:
@@ -621,9 +666,11 @@ def open_output(path: str | os.PathLike[str] | None, *, outlives_reader: bool = 
         _waiting.append(file)
 
 
-def write_text(path: str | os.PathLike[str] | None, text: str) -> None:
-    """Write a text whole or not at all (standard output for ``-`` or None)."""
-    with open_output(path) as file:
+def write_text(
+    path: str | os.PathLike[str] | None, text: str, replaces: str | os.PathLike[str] | None = None
+) -> None:
+    """Write a text whole or not at all (standard output for ``-`` or None); see `open_output`."""
+    with open_output(path, replaces=replaces) as file:
         file.write(encoded(text))
 
 

@@ -92,6 +92,9 @@ _INPUTS = {
     "axis_params": "the servo data",
     "tool_table": "the tool table",
     "parameters": "the parameter file",
+    "stock": "the stock",
+    "target": "the finished part",
+    "compare": "what is compared",
 }
 _OUTPUTS = ("output", "picture", "summary", "events", "report", "save_parameters", "fmu", "wanted")
 #: Those that may name folders, which their commands check.

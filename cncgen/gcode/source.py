@@ -9,7 +9,16 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from cncgen.diagnostics import Diagnostic, UsageError
-from cncgen.files import STANDARD, STANDARD_INPUT, WIDE_MARK, as_utf8, file_fault, is_wide, reading_faults
+from cncgen.files import (
+    STANDARD,
+    STANDARD_INPUT,
+    WIDE_MARK,
+    as_utf8,
+    file_fault,
+    is_wide,
+    note_read,
+    reading_faults,
+)
 from cncgen.records import replace
 
 TYPE_CHECKING = False
@@ -97,6 +106,7 @@ def open_source(source: str | os.PathLike[str] | BinaryIO, name: str) -> Source:
     with reading_faults(name):
         if isinstance(source, str | os.PathLike):
             with open(source, "rb") as file:
+                note_read(file)
                 return Source(_mapped(file), name)
         import tempfile
 

@@ -600,6 +600,53 @@ def test_a_machine_and_servo_data_from_pipes(in_folder: Path) -> None:
         os.close(int(name.rpartition("/")[2]))
 
 
+@pytest.mark.parametrize("option", ["-o", "--summary", "--events", "--save-parameters"])
+def test_a_subprogram_that_was_read_is_not_overwritten(cncgen: Run, tmp_path: Path, option: str) -> None:
+    """Only the run of the program tells which files it calls: they were replaced, with exit 0."""
+    (tmp_path / "sub.ngc").write_text("o<sub> sub\nG1 X5 F600\no<sub> endsub\nM2\n")
+    (tmp_path / "main.nc").write_text("G21 G90\nG1 X1 F600\no<sub> call\nM2\n")
+    before = (tmp_path / "sub.ngc").read_bytes()
+    output = ["-o", "o.csv"] if option != "-o" else ["--format", "csv"]
+    run = cncgen("plan", "main.nc", "-m", "xy-table", *output, option, "sub.ngc")
+    refused(run, 2, "sub.ngc would overwrite a file that was read")
+    assert (tmp_path / "sub.ngc").read_bytes() == before
+    assert not (tmp_path / "o.csv").exists()
+
+
+def test_a_device_may_be_read_and_written(tmp_path: Path) -> None:
+    """A terminal, say: here a pseudo-terminal, of which the program comes and to which the setpoints go."""
+    pty = pytest.importorskip("pty")
+    ours, theirs = pty.openpty()
+    os.write(ours, SMALL.replace(b"\n", b"\r") + b"\x04\x04")
+    command = [
+        sys.executable,
+        "-m",
+        "cncgen",
+        "convert",
+        "-",
+        "--linearize",
+        "0.01",
+        "-o",
+        os.ttyname(theirs),
+    ]
+    with open(theirs, "rb") as terminal:
+        run = subprocess.run(
+            command, cwd=tmp_path, stdin=terminal, capture_output=True, check=False, timeout=120
+        )
+    os.close(ours)
+    assert (run.returncode, run.stderr) == (0, b"")
+
+
+def test_the_file_of_standard_input_is_not_overwritten(tmp_path: Path) -> None:
+    """`cncgen convert - < p.nc -o p.nc` is the program's own file, under no name."""
+    (tmp_path / "p.nc").write_bytes(SMALL)
+    with open(tmp_path / "p.nc", "rb") as file:
+        command = [sys.executable, "-m", "cncgen", "convert", "-", "--linearize", "0.01", "-o", "p.nc"]
+        run = subprocess.run(command, cwd=tmp_path, stdin=file, capture_output=True, check=False, timeout=120)
+    refused(run, 2, "p.nc would overwrite a file that was read")
+    assert (tmp_path / "p.nc").read_bytes() == SMALL
+
+
 @pytest.mark.parametrize(
     ("command", "words"),
     [
@@ -610,6 +657,8 @@ def test_a_machine_and_servo_data_from_pipes(in_folder: Path) -> None:
         (("verify", "small.nc", "-p", "p.nc", "--report", "small.nc"), "would overwrite the setpoints"),
         (("plan", "p.nc", "-m", "small.nc", "--summary", "small.nc"), "would overwrite the machine file"),
         (("plan", "p.nc", "--parameters", "small.nc", "-o", "small.nc"), "overwrite the parameter file"),
+        (("cut", "p.nc", "--stock", "small.nc", "--report", "small.nc"), "would overwrite the stock"),
+        (("cut", "p.nc", "--target", "small.nc", "-o", "small.nc"), "would overwrite the finished part"),
         (("tune", "-o", "a", "--summary", "a"), "--summary a would overwrite what --output writes"),
     ],
     ids=lambda part: part[0] if isinstance(part, tuple) else "",

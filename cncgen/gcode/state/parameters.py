@@ -248,8 +248,8 @@ def persistent() -> list[int]:
     return sorted(kept)
 
 
-def write_parameters(path: Path, parameters: Parameters) -> None:
-    """Write the parameters that are kept, whole or not at all.
+def write_parameters(path: Path, parameters: Parameters, replaces: Path | None) -> None:
+    """Write the parameters that are kept, whole or not at all; the file may be the one that was read, which is `replaces`.
 
     Beside those of `persistent` they are what the file that was read names (LinuxCNC manual, "Parameter file format":
     a line in the file makes a parameter persistent), and FANUC's #500 to #999. One without a value has no line.
@@ -259,4 +259,5 @@ def write_parameters(path: Path, parameters: Parameters) -> None:
     """
     numbers = {*persistent(), *parameters.listed, *(KEPT_FANUC if parameters.vacant else ())}
     values = {number: parameters.numbers[number] for number in sorted(numbers)}
-    write_text(path, "".join(f"{n}\t{value:.6f}\n" for n, value in values.items() if not math.isnan(value)))
+    text = "".join(f"{n}\t{value:.6f}\n" for n, value in values.items() if not math.isnan(value))
+    write_text(path, text, replaces)
