@@ -188,7 +188,7 @@ def show(
 
     shown = shown_results(results, by=by, largest=largest, top=top, pareto=pareto)
     if output:
-        write_table(shown.table, output)
+        write_table(shown, output)
     if picture:
         from cncgen.report.drawing import save
 

@@ -227,14 +227,18 @@ def _failures(columns: dict[str, list[Any]]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def write_table(table: pyarrow.Table, path: str) -> None:
+def write_table(shown: ShownResults, path: str) -> None:
     """Write all rows to one file, by its suffix CSV or Parquet.
 
     Raises:
-        UsageError: Another suffix, or the file cannot be written.
+        UsageError: Another suffix, a place in the folder of results, whose files are its rows, or the file cannot be written.
     """
     pyarrow = needed_pyarrow()
+    table = shown.table
     suffix, sink = Path(path).suffix.lower(), io.BytesIO()
+    if Path(path).resolve().parent == Path(shown.name).resolve():
+        text = f"{path} would stand among the rows of {shown.name}, and be read with them"
+        raise UsageError(Diagnostic("sweep-table", text, hint="name a file outside of the folder"))
     if suffix == ".csv":
         pyarrow.csv.write_csv(table, sink)
     elif suffix == ".parquet":

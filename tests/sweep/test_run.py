@@ -319,6 +319,9 @@ def test_show_ranks_and_writes_the_table(folder: Path, capsys: pytest.CaptureFix
     assert times == sorted(times)
     assert (folder / "t.csv").read_text().count("\n") == 9
     assert run(["sweep", "show", "R", "--by", "nonsense"]) == 2
+    parts = sorted(path.name for path in Path("R").iterdir())
+    assert run(["sweep", "show", "R", "-o", "R/all.parquet"]) == 2  # pandas would read each row twice
+    assert sorted(path.name for path in Path("R").iterdir()) == parts
 
 
 def test_each_program_has_its_front_and_its_best_rows(
