@@ -574,6 +574,8 @@ def test_half_a_stream_is_not_taken_for_all_of_it(tmp_path: Path) -> None:
 def test_a_program_that_cannot_be_pickled_says_what_can() -> None:
     with pytest.raises(TypeError, match="hand on the name of the file"):
         pickle.dumps(square())
+    with pytest.raises(TypeError, match=r"hand on what its collect\(\) returns"):
+        pickle.dumps(cncgen.sample(cncgen.plan(square(), "xy-table")))
 
 
 def test_an_option_that_is_not_asked_for_is_told() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -38,6 +39,10 @@ class SetpointStream:
 
     def __repr__(self) -> str:
         return f"SetpointStream({self.name!r}, axes {self.axes}, every {1e3 * self.period_s:g} ms)"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Refuse to be pickled or copied: its rows can be drawn once."""
+        raise TypeError(f"{self!r} is drawn once and cannot be pickled; hand on what its collect() returns")
 
     def layout(self, signals: Sequence[str] = ()) -> Layout:
         """Return the columns of a file of these setpoints with some signals."""
