@@ -202,14 +202,19 @@ def _axis(file: TomlFile, letter: str, prefix: str, table: dict[str, Any]) -> Ax
     keys = {field: _limit_key(field, letter) for field in AXIS_LIMITS}
     travel_key = f"travel_{file_unit(letter)}"
     _unknown_keys(file, table, prefix, (*keys.values(), travel_key, "servo", "drive"), letter)
-    limits = {
-        field: _quantity(file, table, key, f"{prefix}.{key}", AXIS_LIMITS[field][1])
-        for field, key in keys.items()
-    }
+    limits: dict[str, float | None] = {}
+    if "servo" in table and not set(keys.values()) & set(table):
+        hint = "servo data alone, as cncgen tune writes them, are for --axis-params"
+        file.fault("machine-missing", prefix, f"{prefix}: {', '.join(keys.values())} are missing", hint)
+    else:
+        limits = {
+            field: _quantity(file, table, key, f"{prefix}.{key}", AXIS_LIMITS[field][1])
+            for field, key in keys.items()
+        }
     travel = _travel(file, table, travel_key, prefix) if travel_key in table else None
     servo = _servo(file, table["servo"], letter, prefix) if "servo" in table else None
     drive = _drive(file, table["drive"], letter, prefix) if "drive" in table else None
-    velocity, acceleration, jerk = (limits[field] for field in AXIS_LIMITS)
+    velocity, acceleration, jerk = (limits.get(field) for field in AXIS_LIMITS)
     if velocity is None or acceleration is None or jerk is None:
         return None
     if travel is not None:

@@ -218,6 +218,17 @@ limits = st.floats(1e-3, 1e7)
 axes = st.sets(st.sampled_from("XYZABCUVW"), min_size=1)
 
 
+def test_servo_data_in_the_place_of_a_machine_are_told() -> None:
+    """Six limits were missing, and nothing said that the file of `cncgen tune` goes elsewhere; other faults are named beside."""
+    text = '[axes.x.servo]\nmodel = "first-order"\nposition_gain_1_s = 80.0\nKp = 1\n'
+    with pytest.raises(UsageError) as caught:
+        machine_from_toml(text.encode(), "gains.toml")
+    found = {d.code: d for d in caught.value.diagnostics}
+    assert set(found) == {"machine-missing", "machine-key"}
+    assert "--axis-params" in found["machine-missing"].hint
+    assert "max_jerk_mm_s3 are missing" in found["machine-missing"].message
+
+
 @given(
     letters=axes,
     numbers=st.lists(limits, min_size=3, max_size=3),
