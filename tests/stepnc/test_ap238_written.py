@@ -38,6 +38,15 @@ def from_gcode(text, options=WHOLE):
     return one(read_gcode(io.BytesIO(text.encode()), "t.ngc", options))
 
 
+def test_a_program_that_does_nothing_is_a_file_that_is_read():
+    """Its project was left out, and our own reader refused the file."""
+    stream = io.StringIO()
+    write_ap238(read_gcode(io.BytesIO(b"G21\nM2\n"), "t.ngc", WHOLE).chunks(), stream, "part")
+    again = read(io.BytesIO(stream.getvalue().encode()), "t.stp")
+    assert sum(int(np.sum(chunk.kind != Kind.EVENT)) for chunk in again.chunks()) == 0
+    assert [d.code for d in again.diagnostics] == ["stepnc-no-motion"]
+
+
 def compare(path, motions):
     """Assert that the other reader found what a toolpath says: ends, kinds, centres, feeds (mm/s), spindle (rev/s)."""
     rows = np.flatnonzero(path.kind != Kind.EVENT)

@@ -137,8 +137,7 @@ class _Writer:
         for tool, (values, users) in self._tools.items():
             form = str(values.get("form") or "milling cutting tool")
             self._sizes(self.file.add("MACHINING_TOOL", tool, form, tuple(users), kind), values)
-        if self._plan is not None:
-            self.file.project(self._plan, self.name or "program", self.stock, self._setups)
+        self.file.project(self._main(), self.name or "program", self.stock, self._setups)
 
     def left_out(self) -> list[Diagnostic]:
         """Return warnings of what the file leaves out."""
