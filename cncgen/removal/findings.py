@@ -59,6 +59,7 @@ class Findings:
     found: list[Diagnostic] = field(default_factory=list)
     _faults: dict[tuple[str, int, str], _CutFault] = field(default_factory=dict)
     _unknown: dict[tuple[str, str], tuple[int, str]] = field(default_factory=dict)
+    _judged: bool = False
 
     def no_tool(self, name: str, lines: Lines, why: str, hint: str) -> None:
         """Note why a tool does not cut, once."""
@@ -74,6 +75,7 @@ class Findings:
         tapping: bool,
     ) -> None:
         """Note the faults of motions by their findings."""
+        self._judged = True
         bites, line = met.depth > LEVEL, lines.line.tolist()
         for k in np.flatnonzero(bites & lines.rapid).tolist():
             self._note("cut-rapid", line[k], operation, met.depth[k], met.at[k], met.volume[k])
@@ -195,9 +197,11 @@ class Findings:
             if count > MAX_TOLD:
                 text = f"{_TEXTS[code]} in {count - MAX_TOLD} more lines"
                 first.append(Diagnostic(code, text, _severity(code), Span(self.name, 1)))
+        # With every motion left out there is nothing that was cut.
+        severity = Severity.WARNING if self._judged else Severity.ERROR
         for (name, why), (line, hint) in self._unknown.items():
             text, hint = f"{why.format(repr(name))}; its motions are left out", hint.format(name)
-            first.append(Diagnostic("cut-tool", text, Severity.WARNING, Span(self.name, line), hint=hint))
+            first.append(Diagnostic("cut-tool", text, severity, Span(self.name, line), hint=hint))
         self.found[:0] = first
 
     def _diagnostic(self, code: str, fault: _CutFault) -> Diagnostic:

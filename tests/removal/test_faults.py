@@ -535,3 +535,13 @@ def test_forms_that_no_tool_has_are_refused_with_the_reason(form, why):
 def test_the_form_of_a_tool_may_be_written_in_capitals():
     """A ball of 6 mm has a rounded edge of its radius, 3 mm, however its form is written."""
     assert cutter_of_option("1=Ball:6").edge == 3.0
+
+
+def test_where_no_tool_is_known_nothing_was_cut(tmp_path):
+    """With all motions left out the stock that is left says nothing of the part; with some, a warning tells of them."""
+    text = "G21 G90 G94 G17 S1000 M3 F600\nT7 M6\nG0 X10 Y10 Z5\nG1 Z-1\nT8 M6\nG0 X20\nG1 Z-1\nM2\n"
+    file = tmp_path / "part.nc"
+    file.write_text(text)
+    for tools, severity in (([], "error"), (["8=flat:4"], "warning")):
+        found = cut(file, stock="box:0,0,-10,40,40,0", tools=tools).findings
+        assert {each.severity.value for each in found if each.code == "cut-tool"} == {severity}
