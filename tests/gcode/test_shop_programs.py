@@ -605,6 +605,13 @@ def test_lines_to_a_simulator_are_passed_over(run: Any, dialect: str) -> None:
     assert out.path.end[-1, 0] == 5.0
 
 
+def test_lines_to_a_simulator_do_not_begin_a_program(run: Any) -> None:
+    """They are no blocks, so that a % behind them begins the program as one behind comments does."""
+    out = run("(a shaft)\n$AddRegPart 1\n%\nG21 G90 G0 X5.\nM30\n%\n")
+    assert remarks(out) == [("warning", "other-control", 2)]
+    assert out.path.end[-1, 0] == 5.0
+
+
 def test_a_feed_that_a_faulty_line_works_out_is_not_missed_behind_it(run: Any) -> None:
     text = "O1\nG21 G90\n#100=200\nM3 S[#100] F[#100*2].\nG1 X1.\nX2.\nM30"
     assert [e[0] for e in run(text, dialect="fanuc").errors] == ["syntax"]

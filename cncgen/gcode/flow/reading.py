@@ -208,4 +208,11 @@ class Percent:
         """Tell whether a program has begun before the first %: a block was read, or a comment by LinuxCNC's interpreter."""
         if self._ip.options.stand_alone and self._ip.dialect == "linuxcnc":
             return self.seen or bool(self._source.data[:before].strip().strip(b"%").strip())
-        return self.seen and bool(bare(self._source.data[:before]).strip().partition(b"%")[0].strip())
+        return self.seen and bool(bare(self._blocks_of(before)).strip().partition(b"%")[0].strip())
+
+    def _blocks_of(self, before: int) -> bytes:
+        """Return what stands before the first %, without lines that are passed over, as those to a simulator are."""
+        from cncgen.gcode.text.syntax_errors import is_passed
+
+        lines = self._source.data[:before].partition(b"\n%")[0].split(b"\n")
+        return b"\n".join(line for line in lines if not is_passed(line.decode("utf-8", "surrogateescape")))
