@@ -12,7 +12,7 @@ from cython.cimports.cncgen.kernels.gcode_codes import (
     ABS, ACOS, ADD, AND, ASIN, COS, DIVIDE, EQ, EXP, FIX, FUP, GE, GT, LE, LN, LT, MOD, MULTIPLY, NE, OR, POWER, ROUND, SIN, SQRT,
     SUBTRACT, TAN,
     ABOVE, ANGLE_OF, APART, ARC_OF, AT_LEAST, AWAY, BELOW, BITS_AND, BITS_NOT, BITS_OR, BITS_XOR, CEILING, EQUAL, FRACTION, GREATER, JOIN, LENGTH_OF, LESSER, MINUS,
-    NEAR, NEGATED, OTHER_THAN, REMAINDER, SAME, SIGN_OF, SQUARE, TRUNC, TURN_OF, TURN_OF_SINE, UNEQUAL, WHOLE_QUOTIENT,
+    NEAR, NEGATED, OTHER_THAN, REMAINDER, SAME, SIGN_OF, SQUARE, TRUNC, TURN_OF, TURN_OF_SINE, UNEQUAL, WHOLE_QUOTIENT, WHOLE_REMAINDER,
 )  # fmt: skip
 from cython.cimports.libc.math import (
     acos, asin, atan, atan2, ceil, copysign, cos, exp, fabs, floor, fmod, hypot, isfinite, log, log10, pow, sin, sqrt, tan, trunc,
@@ -253,6 +253,8 @@ def _joined_in_languages(operator: cython.int, a: cython.double, b: cython.doubl
         return trunc(a / b) + 0.0 if b != 0.0 else _NAN
     if operator == REMAINDER:
         return fmod(a, b) if b != 0.0 else _NAN
+    if operator == WHOLE_REMAINDER:
+        return fmod(a, b) if b != 0.0 and floor(a) == a and floor(b) == b else _NAN
     if operator == LESSER:
         return b if b < a else a
     if operator == GREATER:

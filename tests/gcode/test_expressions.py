@@ -181,3 +181,22 @@ def test_a_wrong_parameter_file_names_every_fault(run: Any, tmp_path: Any) -> No
 def test_a_remainder_without_value_shows_what_is_divided(run: Any, text: str, dialect: str) -> None:
     """With its sign, which was left out."""
     assert "-7 MOD 0 has no value" in [d.message for d in run(text, dialect=dialect).diagnostics]
+
+
+@pytest.mark.parametrize(
+    ("formula", "value", "said"),
+    [
+        ("7 MOD 4", 3.0, []),
+        ("-7 MOD 4", -3.0, []),
+        ("#0 MOD 4", 0.0, []),
+        # 8 MOD 3, half being rounded up; that of the numbers is 0.1.
+        ("#1 MOD 2.5", 2.0, ["7.6 MOD 2.5 is 2"]),
+        ("7.6 MOD 2.5", 2.0, ["7.6 MOD 2.5 is 2"]),
+        ("-7.6 MOD 2.5", -2.0, ["-7.6 MOD 2.5 is -2"]),
+    ],
+)
+def test_mod_of_macro_b_is_of_whole_numbers(run: Any, formula: str, value: float, said: list[str]) -> None:
+    """FANUC's series 30i rounds both operands to whole numbers first (from memory of its table of operations, hence the warning)."""
+    out = run(f"%\nO1\nG21 G90\n#1=7.6\n#2={formula}\nG0 X[#2+10]\nM30\n%\n", dialect="fanuc")
+    assert out.path.end[-1, 0] == value + 10.0
+    assert [d.message.partition(":")[0] for d in out.diagnostics if d.code == "other-control"] == said

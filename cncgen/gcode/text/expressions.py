@@ -28,7 +28,13 @@ Scalar = float | str | None
 #: Numbers beyond it have no bits that AND, OR, XOR and NOT could take.
 _MOST_BITS = 2.0**53
 #: The name of an operation whose divisor is 0.
-_DIVISIONS = {codes.DIVIDE: "/", codes.MOD: "MOD", codes.REMAINDER: "MOD", codes.WHOLE_QUOTIENT: "DIV"}
+_DIVISIONS = {
+    codes.DIVIDE: "/",
+    codes.MOD: "MOD",
+    codes.REMAINDER: "MOD",
+    codes.WHOLE_REMAINDER: "MOD",
+    codes.WHOLE_QUOTIENT: "DIV",
+}
 _BITS = (codes.BITS_AND, codes.BITS_OR, codes.BITS_XOR, codes.BITS_NOT)
 _ANGLES = (codes.SIN, codes.COS, codes.TAN)
 _PARTIAL = frozenset((codes.POWER, *_DIVISIONS, *_BITS))
@@ -115,7 +121,7 @@ FANUC = _Macro(
     {**LINUXCNC.names, codes.TRUNC: "FIX", codes.AWAY: "FUP", codes.TURN_OF_SINE: "ASIN", codes.BIN: "BIN", codes.BCD: "BCD"},
     "[]",
     {
-        codes.AND: codes.BITS_AND, codes.OR: codes.BITS_OR, codes.XOR: codes.BITS_XOR, codes.MOD: codes.REMAINDER,
+        codes.AND: codes.BITS_AND, codes.OR: codes.BITS_OR, codes.XOR: codes.BITS_XOR, codes.MOD: codes.WHOLE_REMAINDER,
         codes.EQ: codes.EQUAL, codes.NE: codes.UNEQUAL, codes.FIX: codes.TRUNC, codes.FUP: codes.AWAY, codes.SQR: codes.SQRT,
         codes.RND: codes.ROUND, codes.ANGLE_OF: codes.TURN_OF, codes.ASIN: codes.TURN_OF_SINE,
     },
@@ -175,8 +181,28 @@ def _known(formula: Formula) -> Any:
 
 def binary(operator: int, a: Operand, b: Operand, arithmetic: Arithmetic = LINUXCNC) -> Any:
     """Return ``a operator b``."""
+    if arithmetic is FANUC and operator == codes.MOD:
+        remainder = begun(a, arithmetic)
+        remainder.add(b)
+        remainder.take(_remainder, 2)
+        return remainder
     found = joined_by(arithmetic.replaced.get(operator, operator), a, b, arithmetic)
     return _known(found) if isinstance(a, float) and isinstance(b, float) else found
+
+
+def _remainder(p: Parameters, a: float, b: float) -> float:
+    """Return ``a MOD b`` of Macro B, of whole numbers: FANUC's 30i rounds both first, of which a warning tells as others do not."""
+    a, b = (0.0 if value != value else value for value in (a, b))
+    x, y = (math.copysign(math.floor(abs(value) + 0.5), value) for value in (a, b))
+    if y == 0.0:
+        raise _without_result(codes.WHOLE_REMAINDER, x, y)
+    if (x, y) != (a, b):
+        other = f"that of the numbers as they are is {math.fmod(a, b):g}"
+        message = f"{a:g} MOD {b:g} is {math.fmod(x, y):g}: both are rounded to whole numbers first, as on FANUC's series 30i; {other}"
+        p.interpreter.warn_once(
+            "other-control", message, "MOD", "FIX[ ] or ROUND[ ] around both is beyond doubt"
+        )
+    return math.fmod(x, y)
 
 
 def unary(function: int, a: Operand, arithmetic: Arithmetic = LINUXCNC) -> Any:
