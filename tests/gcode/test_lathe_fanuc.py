@@ -346,6 +346,35 @@ def test_words_of_haas() -> None:
     assert moves("G0 X50. Z-10.\nG75 R.5\nG75 X40. Z-14. I3. K2.5 F.1") == groove
 
 
+@pytest.mark.parametrize(
+    ("way", "depths", "shifts"),
+    [
+        # D √n of K, at A90 as far along Z as deep.
+        ("", [0.5, 0.5 * math.sqrt(2.0), 0.5 * math.sqrt(3.0), 1.0], None),
+        ("P1", [0.5, 0.5 * math.sqrt(2.0), 0.5 * math.sqrt(3.0), 1.0], None),
+        ("P2", [0.5, 0.5 * math.sqrt(2.0), 0.5 * math.sqrt(3.0), 1.0], [0.5, 2.0 - 0.5 * math.sqrt(2.0), 0.5 * math.sqrt(3.0), 1.0]),
+        ("P3", [0.5, 1.0], None),
+        ("P4", [0.5, 1.0], [0.5, 1.0]),
+    ],
+)  # fmt: skip
+def test_threads_of_haas_feed_in_as_p_says(
+    run: Any, way: str, depths: list[float], shifts: list[float] | None
+) -> None:
+    """P1 and P3 cut along one edge, P2 and P4 along both; P1 and P2 with a constant amount, P3 and P4 at a constant depth (Haas, "G76")."""
+    out = run(
+        f"O1\nG20 G97 S500 M3\nG0 X3. Z2.\nG76 X2. Z-2. K1. D.5 A90 {way} F.1\nM30",
+        dialect="fanuc-lathe",
+        units="inch",
+    )
+    assert [d.code for d in out.diagnostics if d.code == "unused-word"] == []
+    path, begins = out.path, []
+    for k in range(1, len(path.end)):
+        if path.end[k, 2] < path.end[k - 1, 2] - 25.4:
+            begins.append(path.end[k - 1] / 25.4)
+    assert [2.0 - at[0] for at in begins] == pytest.approx(depths)
+    assert [2.0 - at[2] for at in begins] == pytest.approx(shifts or depths)
+
+
 def test_finishing_executes_the_lines_and_goes_back() -> None:
     lines = "N1 G0 X20.\nG1 Z-6. F.1 ,R2.\nX40. F.3 ,C1.\nZ-12.\nN2 X60."
     plain = moves(f"G0 X60. Z2.\n{lines}\nG0 X60. Z2.")
@@ -495,6 +524,7 @@ WRONG = {
     "an angle that leads nowhere": ("F.1\nG1 X50. A180.", ("drawing-angle", 4, 9)),
     "an angle alone": ("F.1\nG1 X50.\nA45. R2.", ("drawing-angle", 5, 1)),
     "a wide tool": ("G0 X30. Z2.\nG76 X20. Z-5. K1. D.3 A180 F1.", ("thread-words", 4, 23)),
+    "a way to feed in that there is not": ("G0 X30. Z2.\nG76 X20. Z-5. K1. D.3 A60 P5 F1.", ("thread-words", 4, 27)),
     "a mill's code": ("G43 H1", ("unknown-code", 3, 1)),
 }  # fmt: skip
 
@@ -858,7 +888,7 @@ def test_a_move_with_a_turn_of_the_spindle_is_refused(run: Any, line: str) -> No
         ("G75 X40. Z-5. P2000 Q1000 K1. F0.1", "Q"),
         ("G76 P011060 Q100 R0.05 I1.", "I"),
         ("G76 X56. Z-20. P1200 Q300 I0.1 F1.5", "I"),
-        ("G76 X56. Z-20. K1.2 D0.3 P2 Q30 F1.5", "P, Q"),
+        ("G76 X56. Z-20. K1.2 D0.3 P2 Q30 F1.5", "Q"),
     ],
 )
 def test_words_that_a_form_of_a_cycle_has_no_use_for_are_told(run: Any, block: str, idle: str) -> None:

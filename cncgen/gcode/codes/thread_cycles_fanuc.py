@@ -1,7 +1,8 @@
 """G76 of FANUC's lathes: a thread in passes of equal cross section, fed in along one flank (B-64304EN-1, 4.4.7).
 
 Pass n is Δd √n deep, and at least the least depth deeper than the previous pass, until only the finish is left. Then the passes at
-full depth follow.
+full depth follow. P of Haas says so (P1), that passes cut alternately along both flanks (P2), or that pass n is n Δd deep (P3, and P4
+along both flanks).
 """
 
 from __future__ import annotations
@@ -77,11 +78,13 @@ class _Depths:
     least: float
     finish: float
     last: int
+    even: bool
 
     def __iter__(self) -> Iterator[float]:
         rough, depth, count = self.full - self.finish, 0.0, 1
         while depth < rough - _TINY:
-            depth = min(max(self.first * math.sqrt(count), depth + self.least), rough)
+            steps = count if self.even else math.sqrt(count)
+            depth = min(max(self.first * steps, depth + self.least), rough)
             count += 1
             yield depth
         # Without a finish the last pass was one at full depth.
@@ -98,6 +101,7 @@ class _Thread:
     lead: float
     taper: float
     angle: float
+    zigzag: bool
     depths: _Depths
 
 
@@ -105,15 +109,16 @@ def _thread_of(ip: Interpreter, block: Block) -> _Thread:
     """Return the thread of a block: P its height, Q the first depth (of Haas K, D and the angle A), R (I) its taper, F its lead."""
     words, kept = block.words, turning_of(ip)
     of_haas = "k" in words
-    hint = "the cycle of Haas takes K D I A, and feeds in along one flank (P1); that of FANUC takes P Q R"
-    check_idle(ip, block, "G76", "kdia" if of_haas else "pqr", hint)
+    hint = "the cycle of Haas takes K D I A P; that of FANUC takes P Q R"
+    check_idle(ip, block, "G76", "kdiap" if of_haas else "pqr", hint)
+    way = whole(block, "p", "G76") if of_haas and "p" in words else 1
     high, first = ("k", "d") if of_haas else ("p", "q")
     missing = [letter.upper() for letter in ("x", "z", high, first, "f") if letter not in words]
     if missing:
         hint = "G76 X18.2 Z-20 P920 Q250 F1.5: height and first depth in least increments"
         raise BlockError("thread-words", f"G76 has no {' and no '.join(missing)}", "G76", hint=hint)
     sizes = [words["k"], depth_of(ip, block, "G76")] if of_haas else [increments(ip, block, k) for k in "pq"]
-    depths = _Depths(sizes[0], sizes[1], kept.least, kept.finish, kept.passes)
+    depths = _Depths(sizes[0], sizes[1], kept.least, kept.finish, kept.passes, way in (3, 4))
     slope, angle = "i" if of_haas else "r", words.get("a", kept.angle)
     taper = length_of(ip, block, slope, "G76", DEEP) if slope in words else 0.0
     start_x, start_z = ip.state.position[X], ip.state.position[Z]
@@ -122,6 +127,7 @@ def _thread_of(ip: Interpreter, block: Block) -> _Thread:
     tests = (
         (depths.full <= 0.0, high, f"its height, {high}, is {depths.full:g}: it must be above 0"),
         (depths.first <= 0.0, first, f"its first depth, {first}, is {depths.first:g}: it must be above 0"),
+        (not 1 <= way <= 4, "P", f"P{way} is none of its ways to feed in, P1 to P4"),
         (words["f"] <= 0.0, "F", f"its lead is F{words['f']:g}: it must be above 0"),
         (not 0.0 <= angle < 180.0, "A", f"its tool has an angle of {angle:g} degrees"),
         (depths.finish >= depths.full, high, f"the finish, R{depths.finish:g}, leaves nothing of its height {depths.full:g}"),
@@ -138,7 +144,7 @@ def _thread_of(ip: Interpreter, block: Block) -> _Thread:
         crest = root + math.copysign(depths.full, start_x - root)
         message = f"G76 begins at radius {start_x:g}, within the thread from {crest:g} to {root:g}: it comes back there after each pass"
         ip.warn_once("thread-words", message, high, f"begin beyond the crest; {high} is the height in radius")
-    return _Thread(words["x"], words["z"], words["f"], taper, angle, depths)
+    return _Thread(words["x"], words["z"], words["f"], taper, angle, way in (2, 4), depths)
 
 
 def _cut(ip: Interpreter, block: Block) -> None:
@@ -147,8 +153,10 @@ def _cut(ip: Interpreter, block: Block) -> None:
     start_x, start_z = ip.state.position[X], ip.state.position[Z]
     side = 1.0 if start_x > thread.x else -1.0
     flank = math.copysign(math.tan(math.radians(thread.angle / 2.0)), thread.z - start_z)
-    for depth in thread.depths:
-        x, z = thread.x + side * (thread.depths.full - depth), start_z + flank * depth
+    for count, depth in enumerate(thread.depths):
+        # Every second pass of a zigzag is as far beyond the place of the last one as those along one flank are before it.
+        across = 2.0 * thread.depths.full - depth if thread.zigzag and count % 2 else depth
+        x, z = thread.x + side * (thread.depths.full - depth), start_z + flank * across
         go(ip, start_x, z, False)
         go(ip, x + thread.taper, z, False)
         # A pass outside of where the cycle began cuts nothing that it could leave at a slant.
@@ -159,6 +167,6 @@ def _cut(ip: Interpreter, block: Block) -> None:
 
 
 CODES = (
-    Code("G", 760, "non-modal", Stage.MOTION, cut, "cut a thread of height P and lead F in passes; first P Q R alone (Haas: K D A)",
+    Code("G", 760, "non-modal", Stage.MOTION, cut, "cut a thread of height P and lead F in passes; first P Q R alone (Haas: K D A P)",
         "xzuwrpqfkdia", "own", dialects=ONLY, takes="f", moves="XZ", refused=SYNCHRONISED),
 )  # fmt: skip
