@@ -299,7 +299,14 @@ def _check_groups(codes: list[Code]) -> None:
 
 def _unused(letter: str, codes: Codes, advice: str) -> BlockError:
     """Return the fault of a word that no code of its block uses; the advice, if any, goes before the codes that do."""
-    users = sorted({code.number: code.name for code in codes.values() if letter in code.words}.items())
+    # Those that describe a blank take nearly all letters, and do nothing.
+    users = sorted(
+        {
+            code.number: code.name
+            for code in codes.values()
+            if letter in code.words and code.group != "blank"
+        }.items()
+    )
     names = ", ".join(name for _, name in users[:8])
     hint = advice or (f"it belongs to {names}" if names else "")
     if letter == "e" and not advice:

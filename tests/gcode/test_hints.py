@@ -107,3 +107,10 @@ def test_every_fault_has_help() -> None:
 def test_faults_of_meaning_have_a_line_of_help(run: Any, block: str, code: str, hint: str) -> None:
     out = run(f"{block}\nM2", dialect="linuxcnc")
     assert [(d.code, d.hint) for d in out.diagnostics if d.severity == "error"] == [(code, hint)]
+
+
+def test_a_blank_for_simulators_is_no_owner_of_a_word(run: Any) -> None:
+    """G1900–G1907 describe blanks with nearly all letters: that E belongs to them helps no one."""
+    out = run("G0 X10. Z5.\nX8. E5.\nM30", dialect="fanuc-lathe")
+    (error,) = [d for d in out.diagnostics if d.code == "unused-word"]
+    assert error.hint.endswith("E belongs to G187")
