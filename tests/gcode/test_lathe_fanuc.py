@@ -123,6 +123,12 @@ def test_t_has_the_tool_and_its_offset(tmp_path: Any) -> None:
     assert moves(text, tool_table=table) == [(23, 9, 0), (20, 5, 0), (23, 9, 0)]
     path, _, _ = outcome(text, tool_table=table)
     assert [event.values["tool"] for event in path.events if event.name == "tool"] == [1, 2]
+    # Five digits have three of the offset, as on Doosan's Lynx 2100.
+    path, _, _ = outcome(
+        text := "T01002\nG0 X40. Z5.\nT01000\nG0 X40. Z5.\nN5T02002\nG0 X40. Z5.", tool_table=table
+    )
+    assert moves(text, tool_table=table) == [(23, 9, 0), (20, 5, 0), (23, 9, 0)]
+    assert [event.values["tool"] for event in path.events if event.name == "tool"] == [1, 2]
 
 
 def test_nose_radius_comes_from_the_offset(tmp_path: Any) -> None:

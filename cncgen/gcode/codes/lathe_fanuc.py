@@ -37,6 +37,8 @@ from cncgen.gcode.codes.tools import known, load_tool_parameters, table_offset, 
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.state.modal import Stage, zeros
+from cncgen.gcode.text import signs
+from cncgen.gcode.text.built_patterns import compiled
 from cncgen.gcode.text.expressions import LEAST_INCREMENT
 from cncgen.gcode.text.labels import Cursor
 from cncgen.machine.tool_table import TIPS
@@ -268,13 +270,25 @@ def name_position(ip: Interpreter, block: Block) -> None:
 
 #: The largest T of two digits each for tool and offset.
 _FOUR_DIGITS = 9999
+#: T of five digits as it is written.
+_FIVE_DIGITS = rb"(?<![A-Z])T[ \t]*(\d{5})(?![\d.])"
 
 
 def turret(ip: Interpreter, block: Block) -> None:
-    """T: the last two digits are the offset (0: none), those before it the tool, which the turret turns in."""
+    """T: the last two digits are the offset (0: none), those before it the tool, which the turret turns in.
+
+    Of five digits, three are the offset: controls with more than 99 offsets count so (parameter 5028), T01001 is tool 1 with offset 1.
+    """
     word = whole(block, "t", "")
     number, offset = divmod(word, 100)
-    if word > _FOUR_DIGITS:
+    if _has_long_offset(ip, block):
+        number, offset = divmod(word, 1000)
+        message = (
+            "five digits of T are two of the tool and three of its offset: T01002 is tool 1 with offset 2"
+        )
+        hint = "controls whose offsets have two digits read tool 10 with offset 2; four digits are beyond doubt: T0102"
+        ip.warn_once("other-control", message, "T", hint)
+    elif word > _FOUR_DIGITS:
         message = f"T{word} is read as tool {number} with offset {offset}; on Okuma's lathes T010203 is nose radius 1, tool 2, offset 3"
         ip.warn_once("other-control", message, "T", "T0203 is tool 2 with offset 3 here")
     state = ip.state
@@ -294,6 +308,18 @@ def turret(ip: Interpreter, block: Block) -> None:
     state.tool = offset
     load_tool_parameters(ip)
     use_offset(ip, offsets, "T")
+
+
+def _has_long_offset(ip: Interpreter, block: Block) -> bool:
+    """Tell whether T of a block is written in five digits of which three are the offset.
+
+    They are not where tool and offset of two digits have one number, or a tool of two digits would be 0: T01010, T00101.
+    """
+    if ip.flow is None:
+        return False
+    line = ip.flow.subroutines.sources[block.source].text_at(block.offset).upper().encode()
+    found = compiled(_FIVE_DIGITS).search(compiled(signs.OUT_OF_CODE).sub(b"", line))
+    return found is not None and found[1][:2] != b"00" and found[1][:3] != b"0" + found[1][3:]
 
 
 def _tip(ip: Interpreter, offset: int) -> tuple[float, int]:

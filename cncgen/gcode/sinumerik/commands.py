@@ -185,7 +185,8 @@ def _frame_values(motions: Motions, name: str, words: Words, shifts: bool) -> di
     if motions.diameter.startswith("G90") and shifts and values.get("X"):
         message = f"X{values['X']:g} of {name} is taken as a radius: offsets are, whatever DIAMON says"
         motions.ip.warn("frame-diameter", message, "X", "X0 is both")
-    other = [axis for axis in words.axes if axis not in "XYZ"]
+    # A shift of a rotary axis by 0 shifts nothing.
+    other = [axis for axis, (_, value) in words.axes.items() if axis not in "XYZ" and (value or not shifts)]
     if other:
         raise not_read(f"{name} of {other[0]}", "frames are of X Y Z")
     words.axes.clear()
