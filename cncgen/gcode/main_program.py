@@ -1,4 +1,4 @@
-"""The main program of a text of FANUC's that begins with a subprogram."""
+"""The main program of a text of FANUC's that begins with a subprogram, or with the number of a program alone."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from cncgen.gcode.codes.table import table
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.source import Source
 from cncgen.gcode.text import grammar
+from cncgen.gcode.text.dialects import bare
 from cncgen.gcode.text.labels import Cursor
 from cncgen.gcode.text.parsers import parser
 from cncgen.kernels import gcode_codes
@@ -20,9 +21,9 @@ _TELLING = frozenset("MP")
 
 
 def main_behind(source: Source) -> tuple[Cursor, BlockError] | None:
-    """Return where the main program of a text stands that begins with a subprogram, and a remark on it, looking once.
+    """Return where the main program of a text stands that begins with another, and a remark on it, looking once.
 
-    A control registers the programs of a text one by one, and the operator starts the main one.
+    A control registers the programs of a text one by one, and the operator starts the main one, not a subprogram and none without blocks.
     """
     if source.main is None:
         source.main = (_found(source),)
@@ -37,10 +38,15 @@ def _found(source: Source) -> tuple[Cursor, BlockError] | None:
     if len(begins) < 2:
         return None
     ends = [*(begin for begin, _ in begins[1:]), len(head)]
+    # The last one is taken to have blocks: they may go on behind the head.
+    last = len(begins) - 1
+    filled = next((k for k in range(last) if not _is_empty(source.data[begins[k][0] : ends[k]])), last)
+    empty = _Listed(source, begins[0][0], ends[0]).name
+    begins, ends = begins[filled:], ends[filled:]
     first = _Listed(source, begins[0][0], ends[0])
-    if first.main:
-        return None
     for (begin, line), end in zip(begins[1:], ends[1:], strict=True):
+        if first.main:
+            break
         program = _Listed(source, begin, end)
         # M99 P goes to a line of the program that called this one, or repeats it where none did.
         if program.main and (first.returns or (first.leads_back and first.number in program.calls)):
@@ -49,7 +55,17 @@ def _found(source: Source) -> tuple[Cursor, BlockError] | None:
             )
             hint = "put the main program first"
             return Cursor(0, begin, line), BlockError("main-behind", message, hint=hint)
-    return None
+    if not filled:
+        return None
+    message = f"the program begins with {first.name}: {empty} before it has no blocks"
+    hint = "leave the number out that is not the program's"
+    return Cursor(0, *begins[0]), BlockError("main-behind", message, hint=hint)
+
+
+def _is_empty(text: bytes) -> bool:
+    """Tell whether a program is its number alone, with comments."""
+    number = bare(text).strip(b"\r\n;%")
+    return number[1:].isdigit() or (number[1:2] == b"<" and number.find(b">") == len(number) - 1)
 
 
 class _Listed:

@@ -443,6 +443,17 @@ def test_threads_that_nobody_can_cut(run: Any, words: str) -> None:
 SUBPROGRAM, MAIN = "O1000 (WAY, M30 IN BRACKETS)\nG0 X5\nM99\n", "O1\nG21 G0 X1\nM98 P1000\nM30\n"
 
 
+@pytest.mark.parametrize("head", ["O0002\n", "%\nO0002 (PART)\n\n", "%\nO2;\n(BEHIND)\n%\n", "O<PART>\nO3\n"])
+def test_a_program_number_without_blocks_is_not_the_program(run: Any, head: str) -> None:
+    """A shop's file began with O0002, O0001(BRIDES), and not a motion was read."""
+    out = run(head + "O0001(BRIDES)\nG21 G0 X1.\nM30\n", dialect="fanuc")
+    assert out.errors == []
+    found = [(d.code, d.span.line) for d in out.diagnostics if d.severity == "warning" and d.span]
+    assert found == [("main-behind", head.count("\n") + 1)]
+    assert out.path.end[out.path.kind != Kind.EVENT, 0].tolist() == [1.0]
+    assert "main-behind" not in [d.code for d in run(MAIN + SUBPROGRAM + "O7\n", dialect="fanuc").diagnostics]
+
+
 @pytest.mark.parametrize(
     ("text", "warned"),
     [(SUBPROGRAM + MAIN, [("main-behind", 4)]), (f"%\n{SUBPROGRAM}%\n%\n{MAIN}%\n", [("main-behind", 7)]), (MAIN + SUBPROGRAM, []), (SUBPROGRAM, [])],
