@@ -101,6 +101,17 @@ def test_subroutines_in_files(run: Any, tmp_path: Any) -> None:
     assert out.path.sources == ("t.ngc", str(tmp_path / "Slot.ngc"))
 
 
+def test_a_file_whose_name_begins_with_a_point_is_found_and_no_settings_are(run: Any, tmp_path: Any) -> None:
+    """LinuxCNC's own `rs274` runs it: shops hide subroutines from the list of programs so, o<.m6> in ``.m6.ngc``."""
+    (tmp_path / ".m6.ngc").write_text("o<.m6> sub\nG0 X[#1]\no<.m6> endsub\nM2\n")
+    (tmp_path / ".netrc").write_text("o<.netrc> sub\no<.netrc> endsub\n")
+    out = run("o<.m6> call [3]\nM2", include=(tmp_path,))
+    assert (out.errors, out.path.end[0, 0]) == ([], 3.0)
+    for name in (".netrc", ".", "..", "../x"):
+        out = run(f"o<{name}> call\nM2", include=(tmp_path,))
+        assert [code for code, *_ in out.errors] == ["sub-missing" if name == ".netrc" else "sub-path"]
+
+
 def test_files_beside_the_program_are_found(tmp_path: Any) -> None:
     from cncgen.gcode import read
 

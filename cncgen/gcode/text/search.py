@@ -78,8 +78,12 @@ def _listed(folder: Path) -> dict[str, list[str]]:
 
 
 def _holds(folder: Path, path: Path) -> bool:
-    """Tell whether a path is a file that lies in a folder or below it, links followed."""
-    return path.is_file() and (not path.is_symlink() or path.resolve().is_relative_to(folder.resolve()))
+    """Tell whether a path is a file that lies in a folder or below it, links followed.
+
+    One that begins with a point has a suffix, as ``.m6.ngc`` that a list of programs is not to show: others hold settings of systems.
+    """
+    inside = path.is_file() and (not path.is_symlink() or path.resolve().is_relative_to(folder.resolve()))
+    return inside and (path.suffix != "" or not path.name.startswith("."))
 
 
 def _spellings(name: str) -> Iterator[str]:
@@ -92,4 +96,4 @@ def _spellings(name: str) -> Iterator[str]:
 
 def leaves_path(name: str) -> bool:
     """Tell whether a name of a subprogram leads out of the folder that it is looked for in."""
-    return "/" in name or "\\" in name or name.startswith(".")
+    return "/" in name or "\\" in name or not name.strip(".")
