@@ -144,6 +144,8 @@ def test_lengths_before_g20_are_taken_as_mm_with_a_warning() -> None:
         # Six digits of T are nose radius, tool and offset on Okuma's lathes (OSP manuals, "T commands").
         ("G50 S900\nT010101\nM30", "fanuc-lathe", [2]),
         ("G50 S900\nT1212\nM30", "fanuc-lathe", []),
+        # SINUMERIK's ISO dialect ends with G290.
+        ("G291\nG0 X1.\nG290\nM30", "fanuc", [3]),
         # Of five, three are the offset on Doosan's Lynx 2100 (their programs pair T04004 with T04104); one number by two digits is not.
         ("T01001\nG0 X5.\nT01101\nM30", "fanuc-lathe", [1]),
         ("(T01001)\nT0101\nT01010\nT00303\nM30", "fanuc-lathe", []),

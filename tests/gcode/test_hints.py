@@ -72,6 +72,26 @@ def test_what_was_meant_by_macros(run: Any) -> None:
     assert [d.hint for d in found] == ["IF[…] begins a line of its own"]
 
 
+@pytest.mark.parametrize(
+    ("block", "hint"),
+    [
+        ("#1=#_ABSIO[1]", "the names of FANUC's system variables are not read, their numbers are: #5001 is"),
+        ("#1=[#_UI[3]+1]", "the names of FANUC's system variables are not read, their numbers are: #5001 is"),
+        (
+            "#1=#[_ABSMT[1]]",
+            "the names of FANUC's system variables are not read, their numbers are: #5001 is",
+        ),
+        ("#1=#_depth", "the name of a parameter stands in < >: #<_depth>"),
+        ("#[ALPHA]=3", "names that SETVN gives to variables are not read"),
+        ("#1=PRM[1260]", "PRM[ ] reads a parameter of the control, which is not known here"),
+        ("#1=[PRM[1260,1]*2]", "PRM[ ] reads a parameter of the control, which is not known here"),
+    ],
+)
+def test_what_names_of_variables_are_meant(run: Any, block: str, hint: str) -> None:
+    (error,) = [d for d in run(f"{block}\nM30", dialect="fanuc").diagnostics if d.severity == "error"]
+    assert (error.code, error.hint[: len(hint)]) == ("syntax", hint)
+
+
 def faults_without_hint() -> list[tuple[str, int, str]]:
     """Return file, line and code of the faults that the reader raises with no help of their own."""
     found = []

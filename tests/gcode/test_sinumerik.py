@@ -57,6 +57,7 @@ MOTIONS: dict[str, tuple[str, list[tuple[float, ...]]]] = {
     "REPEAT a part": ("G91\nAN: G0 X1\nAUS: Y1\nREPEAT AN AUS P=2", [(1,), (1, 1), (2, 1), (2, 2), (3, 2), (3, 3)]),
     "REPEAT from a label to here": ("G91\nAN: G0 X1\nREPEAT AN P=2", [(1,), (2,), (3,)]),
     "REPEATB": ("G91\nAN: G0 X1\nY1\nREPEATB AN P=2", [(1,), (1, 1), (2, 1), (3, 1)]),
+    "ENDPROC": ("TEIL\nG0 X9\nM30\nPROC TEIL\nG0 X5\nENDPROC", [(5,), (9,)]),
     "a subprogram": ("G91\nL10 P3\nG0 Y1\nM30\n%_N_L10_SPF\nG0 X1\nM17", [(1,), (2,), (3,), (3, 1)]),
     "a subprogram of a cycle's name": ("CYCLE82(5,0,2,-10)\nM30\nPROC CYCLE82(REAL A, REAL B, REAL C, REAL D)\nG0 X=A Y=D\nM17", [(5, -10)]),
     "a subprogram of a cycle's name, modal": ("G91\nMCALL CYCLE82\nX1\nX1\nMCALL\nX1\nM30\n%_N_CYCLE82_SPF\nG0 Y1\nY1\nM17", [(1,), (1, 1), (1, 2), (2, 2), (2, 3), (2, 4), (3, 4)]),

@@ -19,6 +19,12 @@ def nothing(ip: Interpreter, block: Block) -> None:
     """Accept a code: motions are always planned with look-ahead, and rigid taps follow their pitch by F and S."""
 
 
+def own_language(ip: Interpreter, block: Block) -> None:
+    """G290 of SINUMERIK, which ends its ISO dialect: little stands behind it, mostly the end of the program."""
+    message = "G290 switches to SINUMERIK's own language: what follows is read in the ISO dialect still"
+    ip.warn_once("other-control", message, "G290", "a part in that language belongs into a file of its own")
+
+
 def look_ahead(ip: Interpreter, block: Block) -> None:
     """G5 P and G8 P, which stand alone.
 
@@ -167,6 +173,7 @@ CODES = (
     Code("G", 51, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD, AXES + "pqr", "own", dialects=OF_FANUC),
     Code("G", 53, "look-ahead", Stage.PATH, nothing, _LOOK_AHEAD + " (Hurco)", "p", dialects=OF_FANUC),
     Code("G", 2910, "language", Stage.PATH, nothing, "SINUMERIK's ISO dialect: accepted", dialects=OF_FANUC),
+    Code("G", 2900, "language", Stage.PATH, own_language, "SINUMERIK's own language: read on as FANUC's, with a warning", dialects=OF_FANUC),
     *(
         Code("G", 109, "diameters", Stage.PATH, partial(_sizes_of_x, diameters=diameters), text, "x", "own", dialects=dialects,
             axis_words="sizes")

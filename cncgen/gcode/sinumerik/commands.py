@@ -31,6 +31,8 @@ NAMED = frozenset(
      "CTOL", "OTOL", "CTOLG0", "OTOLG0", "PW", "PL", "SD", "RPL", "SPOS", "SPOSA", "SF", "PO", "DISC", "DISR", "DISCL", "DISRP",
      "OFFN", "OVR", "PIT", "DITS", "DITE", "FB", "FZ", "FAD", "LIMS", "PRIO", "ALF", "DILF", "D1", "SVC", "OVRRAP", "STOLF", "CUTMOD", "T1", "T2", "T3", *TOOL_OFFSETS]
 )  # fmt: skip
+#: Words that end a subprogram beside M17; ENDPROC is the last line of one that begins with PROC.
+RETURNS = frozenset({"RET", "ENDPROC"})
 #: Words that change how the control moves, not where to: accepted.
 _ACCEPTED = frozenset(
     [
@@ -130,7 +132,7 @@ def run(motions: Motions, words: Words) -> None:
             message = f"{name} is taken as NORM: the tool goes straight to beside the first point of the contour, and away from beside the last"
             hint = "a first point that the tool need not go around makes no difference"
             motions.ip.warn_once("comp-approach", message, name, hint)
-        elif name not in _ACCEPTED and name not in ("SUPA", "RET", "RNDM"):
+        elif name not in _ACCEPTED and name not in RETURNS and name not in ("SUPA", "RNDM"):
             times = words.named.pop("P", ("", 1.0))[1]
             motions.run_call(name, None, round(times))
     for name, arguments in words.calls:

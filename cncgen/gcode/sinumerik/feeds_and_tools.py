@@ -190,7 +190,7 @@ def functions(motions: Motions, words: Words) -> bool:
             motions.emit({}, (), (code * 10,))
         elif code not in (40, 41, 42, 43, 44, 45):
             of_builder(code * 10, "").run(motions.ip, Block({}, m=(code * 10,)))
-    return ended or "RET" in words.commands
+    return ended or not commands.RETURNS.isdisjoint(words.commands)
 
 
 def dwell(motions: Motions, words: Words) -> None:

@@ -8,6 +8,7 @@ from weakref import WeakKeyDictionary
 
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.flow import language_run
+from cncgen.gcode.sinumerik.commands import RETURNS
 from cncgen.gcode.sinumerik.feeds_and_tools import ENDS
 from cncgen.gcode.sinumerik.reading import Item, Statement, parse
 from cncgen.gcode.sinumerik.said import Said
@@ -172,7 +173,9 @@ def _is_word(item: Item) -> bool:
 
 def _may_end(item: Item) -> bool:
     """Tell whether a part of a block ends the program, or may do so."""
-    return item[:2] in (("name", "RET"), ("set", "M")) or (item[:2] == ("word", "M") and item[2] in ENDS)
+    if item[0] == "name":
+        return item[1] in RETURNS
+    return item[:2] == ("set", "M") or (item[:2] == ("word", "M") and item[2] in ENDS)
 
 
 _ahead: WeakKeyDictionary[Source, tuple[list[Program], Faults]] = WeakKeyDictionary()

@@ -62,6 +62,20 @@ _IN_BRACKETS = tuple(
         (r"\Z|[a-z]", "is a ] missing?"),
     )
 )
+#: Names that FANUC's controls have for variables and parameters, within brackets too.
+_NAMES_OF_FANUC = tuple(
+    (re.compile(before + r"\Z"), re.compile(there), text)
+    for before, there, text in (
+        (
+            r"#\[?",
+            r"_[a-z_]+\[",
+            "the names of FANUC's system variables are not read, their numbers are: #5001 is #_ABSIO[1], #5021 #_ABSMT[1], #5041 #_ABSOT[1], #5061 #_ABSKP[1]",
+        ),
+        (r"#", r"_[a-z]", "the name of a parameter stands in < >: #<_depth>"),
+        (r"#\[", r"[a-z]+\]", "names that SETVN gives to variables are not read: their numbers are, #500"),
+        (r"", r"prm\[", "PRM[ ] reads a parameter of the control, which is not known here: write its value"),
+    )
+)
 _KEYWORDS = tuple(KEYWORDS)
 _FUNCTIONS = (
     "atan",
@@ -92,6 +106,9 @@ def hint_for(before: str, there: str) -> str:
     name = _FUNCTION.search(before)
     if name and not there.startswith("["):
         return _meant(name[1] + there, _FUNCTIONS) or "the argument of a function stands in brackets: SIN[30]"
+    for left, right, text in _NAMES_OF_FANUC:
+        if right.match(there) and left.search(before):
+            return text
     meant = _meant(there, _FUNCTIONS) if re.match(r"[a-z]+\[", there) else ""
     if meant:
         return meant
