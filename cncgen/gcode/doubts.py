@@ -94,6 +94,13 @@ _NO_THEN = _Doubt(
     "IF[#1 EQ 2] THEN #3=4, or IF[#1 NE 2] GOTO 10 around the block, is read by both",
     (b"IF",),
 )
+#: A condition with nothing behind THEN.
+_THEN_ALONE = _Doubt(
+    _BEFORE + rb"IF[ \t]*\[[^\n]*\][ \t]*(?P<word>THEN)[ \t]*(?:\([^)\n]*\)[ \t]*)*(?:;[^\n]*)?\r?$",
+    "nothing stands behind THEN: the lines below run whether the condition holds or not",
+    "THEN takes one statement in its line; IF[…] GOTO 10 leads past lines where the condition holds",
+    (b"THEN",),
+)
 _OKUMA = _Doubt(
     _BEFORE + rb"(?P<word>G1[56])[ \t]*H[ \t]*\d",
     "G15 H chooses a coordinate system on Okuma's controls, whose language is not read; here it ends polar coordinates",
@@ -277,7 +284,7 @@ def _doubts(
     asked += {"fanuc": (*_FANUC, _OKUMA), "linuxcnc": (*_LINUXCNC, _OKUMA)}.get(dialect, ())
     if language_of(dialect) in BOTH and least_increment is None:
         asked.append(_lengths(head, lines, dialect == "fanuc") if of_fanuc else _INCREMENTS)
-    asked += [_NO_THEN] if of_fanuc else []
+    asked += [_NO_THEN, _THEN_ALONE] if of_fanuc else []
     found = [(doubt, match.start("word") if (match := doubt.found(head, lines)) else None) for doubt in asked]
     if of_fanuc:
         found += [(_SLASH, _cut(source)), (_BEHIND_SEMICOLON, _hidden(source))]

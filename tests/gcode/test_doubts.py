@@ -144,6 +144,8 @@ def test_lengths_before_g20_are_taken_as_mm_with_a_warning() -> None:
         # Six digits of T are nose radius, tool and offset on Okuma's lathes (OSP manuals, "T commands").
         ("G50 S900\nT010101\nM30", "fanuc-lathe", [2]),
         ("G50 S900\nT1212\nM30", "fanuc-lathe", []),
+        # A macro of a shop went on in the next line, up to ENDIF.
+        ("#1=0\nIF[#1 EQ 1]THEN (SKIP)\nG0 X1.\nIF[#1 EQ 0] THEN #2=1\nM30", "fanuc", [2]),
         # SINUMERIK's ISO dialect ends with G290.
         ("G291\nG0 X1.\nG290\nM30", "fanuc", [3]),
         # Of five, three are the offset on Doosan's Lynx 2100 (their programs pair T04004 with T04104); one number by two digits is not.

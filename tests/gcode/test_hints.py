@@ -92,6 +92,23 @@ def test_what_names_of_variables_are_meant(run: Any, block: str, hint: str) -> N
     assert (error.code, error.hint[: len(hint)]) == ("syntax", hint)
 
 
+@pytest.mark.parametrize(
+    ("block", "message"),
+    [
+        ("IF[#1 GT 0] AND [#2 GT 0] THEN #3=1", "conditions are joined outside of brackets"),
+        ("IF[#1 EQ 1]OR[#1 EQ 2]GOTO5", "conditions are joined outside of brackets"),
+        ("WHILE[#1 LT 3] XOR [#2 LT 3] DO1", "conditions are joined outside of brackets"),
+        ("ELSE", "ELSE, ELSEIF and ENDIF do not stand alone"),
+        ("N5 ENDIF (#1)", "ELSE, ELSEIF and ENDIF do not stand alone"),
+        ("ELSEIF[#1 EQ 2]", "ELSE, ELSEIF and ENDIF do not stand alone"),
+    ],
+)
+def test_branches_of_other_languages_are_named(run: Any, block: str, message: str) -> None:
+    text = f"#1=1\n#2=1\n{block}\nN5 G0 X1.\nM30"
+    found = [d for d in run(text, dialect="fanuc").diagnostics if d.code == "syntax"]
+    assert [(d.message, d.span and d.span.line, bool(d.hint)) for d in found] == [(message, 3, True)]
+
+
 def faults_without_hint() -> list[tuple[str, int, str]]:
     """Return file, line and code of the faults that the reader raises with no help of their own."""
     found = []

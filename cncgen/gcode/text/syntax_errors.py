@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.text import signs
 from cncgen.gcode.text.normal_text import normalise
-from cncgen.gcode.text.syntax_hints import hint_for, missing_number, number_hint
+from cncgen.gcode.text.syntax_hints import branch_fault, hint_for, missing_number, number_hint
 from cncgen.kernels.gcode_parse import Parser
 from cncgen.records import dataclass
 
@@ -76,6 +76,8 @@ def syntax_error(data: bytes, reader: Parser) -> BlockError:
     if _JOG.match(text):
         message = f"{text.split(';')[0].strip()} jogs under grbl, and is no block of a program"
         return BlockError("syntax", message, column=len(text) - len(text.lstrip()) + 1, hint="leave it out")
+    if fault := branch_fault(before, rest):
+        return BlockError("syntax", fault[0], column=column, hint=fault[1])
     letter = missing_number(before, rest)
     if letter:
         hint = number_hint(letter, before, rest)

@@ -89,6 +89,8 @@ _VALUE = re.compile(r"\Z|[a-z(;]")
 _LETTERS = re.compile(r"[a-z]+")
 _LABEL = re.compile(r"o(?:[0-9]+|<[^>]*>)\Z")
 _FUNCTION = re.compile(rf"({'|'.join(_FUNCTIONS)})\Z")
+_JOINED = re.compile(r"\A(?:if|while)\[.*\](?:\|and|a\|nd|\|x?or|x\|or)\[")
+_BRANCH = re.compile(r"(?:n[0-9]+)?(?:else(?:if)?|endif)(?:[\[(;]|\Z)")
 _UNIT = re.compile(r"[0-9.](?:m\Z|i\Z)")
 
 
@@ -139,6 +141,19 @@ def number_hint(letter: str, before: str, there: str) -> str:
     if there.startswith("o"):
         return f"is the letter O meant as a zero: {letter}0…?"
     return f"write {letter} with its value"
+
+
+def branch_fault(before: str, there: str) -> tuple[str, str] | None:
+    """Return message and help for a branch as other languages write it: conditions without brackets around them, ELSE, ENDIF."""
+    if _JOINED.search(before + "|" + there):
+        return (
+            "conditions are joined outside of brackets",
+            "one pair holds them all: IF[[#1 EQ 1] AND [#2 EQ 2]]",
+        )
+    if _BRANCH.match(before + there):
+        hint = "IF[…] GOTO 10 leads past lines, IF[…] THEN takes one statement in its line; LinuxCNC's o1 else has a label"
+        return "ELSE, ELSEIF and ENDIF do not stand alone", hint
+    return None
 
 
 def missing_number(before: str, there: str) -> str:
