@@ -101,6 +101,15 @@ _THEN_ALONE = _Doubt(
     "THEN takes one statement in its line; IF[…] GOTO 10 leads past lines where the condition holds",
     (b"THEN",),
 )
+#: A word T of a mill that names a tool, and what may change to it.
+_TOOL = rb"(?<![A-Z#<_])T[ \t]*0*([1-9]\d{0,7})(?![\d.])"
+_CHANGES = rb"M[ \t]*0*(?:6|61|9[78]|198)(?!\d)|G[ \t]*6[56](?![\d.])|CALL"
+_NO_CHANGE = _Doubt(
+    _TOOL,
+    "T selects tools, and no M6 changes to one: the tool in the spindle stays; on machines whose T changes the tool it does not",
+    "M6 behind T changes the tool",
+    (b"T",),
+)
 _OKUMA = _Doubt(
     _BEFORE + rb"(?P<word>G1[56])[ \t]*H[ \t]*\d",
     "G15 H chooses a coordinate system on Okuma's controls, whose language is not read; here it ends polar coordinates",
@@ -263,6 +272,19 @@ def _hidden(source: Source) -> int | None:
     return None
 
 
+def _unchanged(source: Source, lines: bytes) -> int | None:
+    """Return the place of the second tool of a text that has no M6, and calls no other text that may have one."""
+    if b"M6" in lines or b"M06" in lines or len(source.data) > _HEAD:
+        return None
+    import re
+
+    code = compiled(signs.OUT_OF_CODE).sub(lambda match: b" " * len(match[0]), bytes(source.data).upper())
+    if re.search(_CHANGES, code):
+        return None
+    tools = list(re.finditer(_TOOL, code))
+    return next((tool.start() for tool in tools if int(tool[1]) != int(tools[0][1])), None)
+
+
 def _lengths(head: bytes, lines: bytes, mill: bool) -> _Doubt:
     """Return the doubt about lengths without a point in a text of FANUC's."""
     if not compiled(signs.LENGTH_WITH_POINT).search(lines):
@@ -285,7 +307,9 @@ def _doubts(
     if language_of(dialect) in BOTH and least_increment is None:
         asked.append(_lengths(head, lines, dialect == "fanuc") if of_fanuc else _INCREMENTS)
     asked += [_NO_THEN, _THEN_ALONE] if of_fanuc else []
+    unchanged = _unchanged(source, lines) if dialect in ("fanuc", "linuxcnc") else None
     found = [(doubt, match.start("word") if (match := doubt.found(head, lines)) else None) for doubt in asked]
+    found.append((_NO_CHANGE, unchanged))
     if of_fanuc:
         found += [(_SLASH, _cut(source)), (_BEHIND_SEMICOLON, _hidden(source))]
         from cncgen.gcode.main_program import main_behind

@@ -144,6 +144,11 @@ def test_lengths_before_g20_are_taken_as_mm_with_a_warning() -> None:
         # Six digits of T are nose radius, tool and offset on Okuma's lathes (OSP manuals, "T commands").
         ("G50 S900\nT010101\nM30", "fanuc-lathe", [2]),
         ("G50 S900\nT1212\nM30", "fanuc-lathe", []),
+        # A drilling centre's programs change the tool by T alone (FANUC calls O9000 then, parameter 6001#5).
+        ("T1 (T9)\nG0 X1.\nT2(DRILL)\nX2.\nT3\nM30", "fanuc", [3]),
+        ("T1\nG0 X1.\nT01\nX2.\nM30", "fanuc", []),
+        ("T1\nG0 X1.\nT2\nM06\nM30", "fanuc", []),
+        ("T1\nM98 P5\nT2\nM98 P5\nM30\nO5\nM6\nM99", "fanuc", []),
         # A macro of a shop went on in the next line, up to ENDIF.
         ("#1=0\nIF[#1 EQ 1]THEN (SKIP)\nG0 X1.\nIF[#1 EQ 0] THEN #2=1\nM30", "fanuc", [2]),
         # SINUMERIK's ISO dialect ends with G290.
