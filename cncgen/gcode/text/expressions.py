@@ -193,8 +193,12 @@ def binary(operator: int, a: Operand, b: Operand, arithmetic: Arithmetic = LINUX
 def _remainder(p: Parameters, a: float, b: float) -> float:
     """Return ``a MOD b`` of Macro B, of whole numbers: FANUC's 30i rounds both first, of which a warning tells as others do not."""
     a, b = (0.0 if value != value else value for value in (a, b))
-    x, y = (math.copysign(math.floor(abs(value) + 0.5), value) for value in (a, b))
-    if y == 0.0:
+    # From 2^52 on all numbers are whole.
+    x, y = (
+        math.copysign(math.floor(abs(value) + 0.5), value) if abs(value) < 2.0**52 else value
+        for value in (a, b)
+    )
+    if y == 0.0 or math.isinf(x):
         raise _without_result(codes.WHOLE_REMAINDER, x, y)
     if (x, y) != (a, b):
         other = f"that of the numbers as they are is {math.fmod(a, b):g}"
