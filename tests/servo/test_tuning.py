@@ -215,7 +215,7 @@ driver = os.getpid()
 
 def tried(*_):
     if os.getpid() != driver:
-        print("tried", flush=True)
+        os.write(1, b"tried\\n")
         time.sleep(600)
     return 1.0
 
