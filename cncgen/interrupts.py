@@ -52,7 +52,6 @@ def follow_driver(tidy: Callable[[], None] = lambda: None) -> None:
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, leave)
-    let_through()
     parent = parent_process()
     if parent is not None:
         sentinel = parent.sentinel
@@ -61,8 +60,11 @@ def follow_driver(tidy: Callable[[], None] = lambda: None) -> None:
             connection.wait([sentinel])
             leave()
 
-        # A pool's process waits for work for ever when its driver was killed.
-        threading.Thread(target=follow, daemon=True).start()
+        # A pool's process waits for work for ever when its driver was killed. The thread holds signals back: one that it got would not wake
+        # the main thread, which alone handles them.
+        with held():
+            threading.Thread(target=follow, daemon=True).start()
+    let_through()
 
 
 def end_pool(pool: ProcessPoolExecutor) -> None:

@@ -207,11 +207,13 @@ def test_a_process_that_is_ended_is_told(monkeypatch: pytest.MonkeyPatch) -> Non
 
 #: A search whose processes each say that they try a gain set, and take ten minutes for it.
 LONG_SEARCH = """
-import os, time
+import os, signal, time
 from cncgen.servo.tuning import search
 from tests.servo.bench import circle, profile, stream
 
 driver = os.getpid()
+# Whoever runs the tests may ignore it, as shells do for what they run in the background.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 def tried(*_):
     if os.getpid() != driver:
