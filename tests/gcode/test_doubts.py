@@ -284,6 +284,17 @@ def test_the_first_block_left_out_is_noted(
         assert places == ([place] if place and left_out else [])
 
 
+@pytest.mark.parametrize(("block", "column"), [("/G1 X2", 1), (" N10 /G1 X2", 6), ("G1 X[1/2]", None)])
+def test_the_first_block_left_out_is_noted_behind_many_divisions(
+    run: Callable[..., Outcome], block: str, column: int | None
+) -> None:
+    text = "G21 F100\n" + "G1 X[1/2]\n" * 3000 + block + "\nM2\n"
+    places = [
+        (d.span.line, d.span.column) for d in run(text).diagnostics if d.code == "blocks-left-out" and d.span
+    ]
+    assert places == ([(3002, column)] if column else [])
+
+
 @pytest.mark.parametrize("sign", ["/", ";G1 X1 "])
 def test_signs_in_a_comment_are_not_looked_at_one_by_one(run: Callable[..., Outcome], sign: str) -> None:
     """Each of them was followed back to the start of its line: this took a minute and more."""
