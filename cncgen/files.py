@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _HAS_LOCKS = os.name == "posix"
 #: Name of standard input and output wherever a file is asked for.
 STANDARD = "-"
-#: What messages call it where it is read.
+#: Its name in messages where it is read.
 STANDARD_INPUT = "standard input"
 #: Where Linux shows a process the files that it has open.
 _DESCRIPTORS = "/proc/self/fd"
@@ -278,7 +278,7 @@ class OutputFile:
 
         Args:
             path: Its name.
-            replaces: A file that was read, and that it may be all the same.
+            replaces: A file that was read, and that it may replace.
         """
         from pathlib import Path
 
@@ -646,7 +646,7 @@ def open_output(
     Args:
         path: The file.
         outlives_reader: Whether a reader of standard output that goes away does not end the work.
-        replaces: A file that was read, and that `path` may be all the same.
+        replaces: A file that was read, and that `path` may replace.
     """
     if path is None or os.fspath(path) == STANDARD:
         output = StandardOutput(outlives_reader)

@@ -299,7 +299,7 @@ def _check_groups(codes: list[Code]) -> None:
 
 def _unused(letter: str, codes: Codes, advice: str) -> BlockError:
     """Return the fault of a word that no code of its block uses; the advice, if any, goes before the codes that do."""
-    # Those that describe a blank take nearly all letters, and do nothing.
+    # Codes of a blank take nearly all letters, and do nothing.
     users = sorted(
         {
             code.number: code.name

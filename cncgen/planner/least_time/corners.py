@@ -63,8 +63,8 @@ class Corners:
         zone: Shape (n,), mm: how far on both sides a setpoint's third difference can see the jump; 0 for none.
         cuts: Shape (n,), bool: it rests, and chords might cut the corner by more than their tolerance if no setpoint fell
             near it.
-        back: Shape (n,), mm/s²: where the path turns back on itself, with what acceleration the motion may: it does not stay, as
-            braking is the acceleration of the way back; 0 elsewhere.
+        back: Shape (n,), mm/s²: the largest acceleration with which the motion turns back there, without a stay, as the path does; 0
+            elsewhere.
     """
 
     s: Floats
@@ -329,7 +329,7 @@ class BlockJumps:
         return out
 
     def back(self) -> Floats:
-        """Return with what acceleration the motion may turn back, shape (n,), mm/s², 0 where the path does not or where to rest takes no longer.
+        """Return the largest acceleration with which the motion turns back, shape (n,), mm/s²; 0 where the path does not, or where it is small.
 
         Without speed the axes have the acceleration x' a on both sides, so these must be one. A setpoint falls half a period T from the tip
         at most, in which the motion goes a T²/8 + j T³/48: that is kept within the chord tolerance.
