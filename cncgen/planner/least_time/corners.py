@@ -283,7 +283,7 @@ class BlockJumps:
         return out
 
     def swayed(self, speed: Floats, passed: Bools) -> tuple[Floats, Floats, Floats]:
-        """Return what the acceleration a along the path does, as a turn Δ adds |Δ a|/(2 T) to the jerk.
+        """Return what the acceleration a along the path does, as a turn Δ adds a step |Δ a| to that of an axis (docs/corners.md, Jumps).
 
         A motion at the speed v that came from rest, or must come to rest, has the acceleration √(2 j v) at most. The jerk j along
         the path is twice that of the axes at most.
@@ -303,6 +303,9 @@ class BlockJumps:
         period, turn = bounds.period_s, np.abs(self.turn * passed[:, None])
         most_there = along_path(SWAY_SHARE * 2.0 * period * bounds.jerk, turn)
         sway = np.minimum(turn * reached[:, None] / (2.0 * period * bounds.jerk), SWAY_SHARE)
+        # Beside a pulse smaller than that, the step has more weight than where the pulse has most.
+        less = np.maximum(sway - turn * speed[:, None] / (period**2 * bounds.jerk), 0.0)
+        sway += np.divide(less**2, 2.0 * sway, out=np.zeros_like(sway), where=less > 0.0)
         return np.where(most_there < reached, most_there, np.inf), np.minimum(most_there, reached), sway
 
     def zones(self, speed: Floats, there: Floats) -> Floats:

@@ -81,6 +81,24 @@ def test_full_jerk_a_period_and_a_half_from_a_step_of_the_tangent_is_seen_beside
     assert (np.abs(third).max(axis=0) <= jerks * period**3).all()
 
 
+def test_a_step_of_acceleration_weighs_three_quarters_where_the_corner_is_slow() -> None:
+    """A slow corner has next to no pulse, so its step Δ a is seen most in the middle of the B-spline, where that is 3/(4 T) (de Boor (1978)).
+
+    An arc that goes over into a curve by a turn of 0.33 in X, near a place where the motion almost stands.
+    """
+    curve = ["G6.2 P3 K0 X8.625356 Y4.983675", "K0 X16.569142 Y16.69325", "K0 X15.533901 Y22.372525"]
+    knots = ["K0.814153194 X23.432265 Y25.645289", "K1", "K1", "K1", "M2", ""]
+    arc = ["G21 G17 G90 G94 G61 F30000000", "G1 X6.4 F120000", "G2 X8.625356 Y4.983675 I0.974499 J2.553539"]
+    jerks, period, parts = np.array([2e5, 7e6]), 0.0057, 200
+    axes = {"X": Axis("X", 1e4, 2e3, jerks[0]), "Y": Axis("Y", 6e4, 6e4, jerks[1])}
+    machine = Machine("table", axes, period_s=period, chord_tolerance_mm=0.001, path_tolerance_mm=0.01)
+    (part,) = plan(read_text("\n".join([*arc, *curve, *knots])).chunks(), machine, PlanOptions())
+    assert part.profile.v[np.searchsorted(part.profile.s, part.row_s[2] - 1e-9)] > 0.0
+    x = _positions(part, np.arange(0.0, part.profile.t[-1] + 3 * period, period / parts))[:, :2]
+    third = x[3 * parts :] - 3 * x[2 * parts : -parts] + 3 * x[parts : -2 * parts] - x[: -3 * parts]
+    assert (np.abs(third).max(axis=0) <= jerks * period**3).all()
+
+
 def _positions(part: Trajectory, t: np.ndarray) -> np.ndarray:
     """Evaluate a trajectory at those of the times that are its own: it rests before the first and after the last."""
     first, last = part.profile.t[[0, -1]]
