@@ -32,6 +32,8 @@ _KNOT_SHARE = 0.8 * _TOGETHER_WITHIN
 #: Nodes stand so close that the direction turns less than this over an interval, rad, and its derivative changes accordingly
 #: (`mesh_spacing`). Where it turns more (cusps, bends too short to show), derivatives are replaced by values from the ends (`mesh`).
 SHARP = 0.3
+#: Largest turn of a direction that is rounding alone, rad.
+NO_TURN = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,8 +207,11 @@ def _distinct(
     """
     # The rows that meet at a cluster count too: a length may be short for one row and long for axes that only the other moves.
     seen = np.minimum(*(resolution(bounds, side[1]) for side in sides))
-    part = np.where(curved, _TOGETHER_WITHIN, _TOGETHER)
-    apart = np.diff(s) > part * np.minimum(seen[:-1], seen[1:])
+    way = np.diff(s)
+    # Between two knots of a polygon a curve is as straight as a line.
+    bend = np.maximum(np.abs(sides[1][2, :-1]), np.abs(sides[0][2, 1:]))
+    part = np.where(curved & (max_over_axes(bend) * way > NO_TURN), _TOGETHER_WITHIN, _TOGETHER)
+    apart = way > part * np.minimum(seen[:-1], seen[1:])
     if not apart.any():
         ends = np.array([0, len(s) - 1])
         return ends, ends

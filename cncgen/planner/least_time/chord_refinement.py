@@ -13,7 +13,7 @@ from cncgen.diagnostics import Span
 from cncgen.geometry.columns import max_over_axes, norm
 from cncgen.geometry.tables import ranges
 from cncgen.kernels import planned_motion
-from cncgen.planner.least_time.corners import NO_TURN
+from cncgen.planner.least_time.breakpoints import NO_TURN
 from cncgen.planner.least_time.mesh import LINE, SPLINE, Mesh
 from cncgen.planner.least_time.motion_pieces import MotionPieces
 from cncgen.planner.least_time.problem import Intervals, Solution, middles

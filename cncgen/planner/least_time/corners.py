@@ -12,7 +12,7 @@ from cncgen.geometry import elementary
 from cncgen.geometry.columns import max_over_axes, norm
 from cncgen.geometry.path import Path
 from cncgen.geometry.tables import ranges
-from cncgen.planner.least_time.breakpoints import Breakpoints
+from cncgen.planner.least_time.breakpoints import NO_TURN, Breakpoints
 from cncgen.planner.limits.axis_limits import (
     JUMP_SHARE,
     STEP_TAKES,
@@ -38,8 +38,6 @@ _HAT = [-1.0, 0.0, 1.0], [0.0, 1.0, 0.0]
 SEEN = 1.5
 #: Where a corner lies on a chord over it: parts of its length.
 _BEFORE = np.linspace(0.0, 1.0, 33)[1:-1]
-#: Largest turn of a direction that is rounding alone, rad.
-NO_TURN = 1e-9
 #: Cost of a jump that is passed on either side of it, in periods: by itself, and where it takes all jerk along the path.
 #: So 120 random programs of one to five corners take at most 0.03 % longer than the better one of passing all and stopping at all;
 #: with 0.4 and 0.5 some of 150 take 0.4 %, where all are passed 22 of 120 over 0.5 %.

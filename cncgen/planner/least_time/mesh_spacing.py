@@ -16,8 +16,8 @@ from cncgen.geometry import elementary
 from cncgen.geometry.path import Path
 from cncgen.kernels import along_path as kernel
 from cncgen.kernels import node_places
-from cncgen.planner.least_time.breakpoints import nearest
-from cncgen.planner.least_time.corners import NO_TURN, Corners
+from cncgen.planner.least_time.breakpoints import NO_TURN, nearest
+from cncgen.planner.least_time.corners import Corners
 from cncgen.planner.limits.axis_limits import AxisLimits, along_path, lowered, resolution
 from cncgen.toolpath.record import Kind
 

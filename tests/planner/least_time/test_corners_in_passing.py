@@ -99,6 +99,25 @@ def test_a_step_of_acceleration_weighs_three_quarters_where_the_corner_is_slow()
     assert (np.abs(third).max(axis=0) <= jerks * period**3).all()
 
 
+def test_a_polygon_as_a_curve_hides_no_longer_stub_than_lines_do() -> None:
+    """A stub of the length L to and fro that counts as one place shifts setpoints by 2 L: a third difference has up to 4 L of it.
+
+    L is nine tenths of J T³/1000, up to which knots of a bent curve are one place; lines keep to a quarter of that.
+    """
+    jerk, period, parts = 6e5, 0.0005, 100
+    tip, stub = 4.5 * jerk * period**3, 0.9e-3 * jerk * period**3
+    points = [0.0, tip, tip - stub, tip, 5.0]
+    knots = np.concatenate([[0.0], np.linspace(0.0, 1.0, len(points)), [1.0]])
+    words = [f"X{x:.12f}" for x in points] + ["", ""]
+    rows = [f"K{knot:.9f} {word}" for knot, word in zip(knots, words, strict=True)]
+    text = "\n".join(["G21 G90 G61 F60000", "G6.2 P2 " + rows[0], *rows[1:], "M2", ""])
+    machine = Machine("table", {"X": Axis("X", 100.0, 2e4, jerk)}, period_s=period, chord_tolerance_mm=1e-4)
+    (part,) = plan(read_text(text).chunks(), machine, PlanOptions())
+    x = _positions(part, np.arange(0.0, part.profile.t[-1] + 3 * period, period / parts))[:, 0]
+    third = x[3 * parts :] - 3 * x[2 * parts : -parts] + 3 * x[parts : -2 * parts] - x[: -3 * parts]
+    assert np.abs(third).max() <= 1.001 * jerk * period**3
+
+
 def _positions(part: Trajectory, t: np.ndarray) -> np.ndarray:
     """Evaluate a trajectory at those of the times that are its own: it rests before the first and after the last."""
     first, last = part.profile.t[[0, -1]]
