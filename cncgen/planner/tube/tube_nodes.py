@@ -189,7 +189,9 @@ def nodes_of(
     feeds[inner] = np.minimum(feeds[inner], feed[found[inner] + 1])
     least = program.column("least")[own]
     upto = np.cumsum(least) - least
-    laid = _Laid(program, own, places, node, vertex, found, part, point, tangent)
+    laid = _Laid(
+        program, own, places, node, vertex, found, part, point, tangent, _corners(program, own, vertex, found)
+    )
     near = program.nearest(point, first + found, part)
     loose, looser = laid.loose(near[1], scales.part)
     rooms = laid.rooms(near, scales)
@@ -322,6 +324,7 @@ class _Laid:
         node, point, tangent: Shape (k,) and (k, n), s of the nodes, and position and direction of the reference there.
         vertex: Shape (k,): row that starts at the node, −1 where it lies within one.
         row, part: Shape (k,): which of the rows is before the node, and the part of it that is.
+        corners: The nodes at corners, the row after each, the narrower tolerance of both rows, and the turn of unit tangents.
     """
 
     program: Programmed
@@ -333,18 +336,11 @@ class _Laid:
     part: Floats
     point: Floats
     tangent: Floats
+    corners: tuple[Ints, Ints, Floats, Floats]
 
     def column(self, name: str) -> np.ndarray:
         """Return a column of the rows."""
         return self.program.column(name)[self.own]
-
-    def corners(self) -> tuple[Ints, Ints, Floats, Floats]:
-        """Return the nodes at corners, the row after each, the narrower tolerance of both rows, and the turn of unit tangents."""
-        tolerance = self.column("tolerance")
-        corner = np.flatnonzero((self.vertex >= 0) & (self.row + 1 < len(tolerance)))
-        before, after = self.row[corner], self.row[corner] + 1
-        turn = np.sqrt(((self.column("entry")[after] - self.column("leave")[before]) ** 2).sum(axis=1))
-        return corner, after, np.minimum(tolerance[before], tolerance[after]), turn
 
     def loose(self, along: Floats, part: float) -> tuple[Bools, Bools]:
         """Tell which nodes have no plane: those of sharp corners, and those from which all is within their room where rows turn back or feeds
@@ -355,7 +351,7 @@ class _Laid:
         change its speed where the plan changes it.
         """
         node, feed, tolerance = self.node, self.column("feed"), part * self.column("tolerance")[self.row]
-        corner, row, _, turn = self.corners()
+        corner, row, _, turn = self.corners
         before, after = along.copy(), along.copy()
         before[corner], after[corner] = self.column("leave")[row - 1], self.column("entry")[row]
         out = np.zeros(len(node), bool)
@@ -365,6 +361,10 @@ class _Laid:
         for each in change:
             np.add.at(each, np.searchsorted(node, node[other] - tolerance[other]), 1)
             np.add.at(each, np.searchsorted(node, node[other] + tolerance[other], side="right"), -1)
+        span = np.ptp(np.concatenate([before, after]), axis=0)
+        if np.sqrt((span**2).sum()) <= _GOES_BACK:
+            # None of these directions is opposite to another.
+            pair = pair[:0]
         while len(pair):
             # Between a node and the one `lag` after it.
             back = pair[np.sqrt(((after[pair + lag] - before[pair]) ** 2).sum(axis=1)) > _GOES_BACK]
@@ -449,7 +449,7 @@ class _Laid:
         """
         centre, direction, radius, allowed, _ = band
         start, feed = self.column("start"), self.column("feed")
-        corner, after, narrow, turn = self.corners()
+        corner, after, narrow, turn = self.corners
         slight = turn < _SLIGHT
         # Where the feed changes there is no plane to bound the node along the rows.
         bent = (turn >= 1e-3) | (feed[after - 1] != feed[after])
@@ -471,7 +471,7 @@ class _Laid:
         There are none where chords are so near the motion that judging it tells enough.
         """
         off = scales.sagitta(self.column("feed"))[self.row] / scales.part
-        corner, after, narrow, turn = self.corners()
+        corner, after, narrow, turn = self.corners
         bowed = (turn >= _BOWED) & (off[corner] > _SAGS * narrow)
         way = np.where((turn > _GOES_BACK)[:, None], 0.0, self.tangent[corner])[bowed]
         room = narrow[bowed]
@@ -491,3 +491,13 @@ class _Laid:
         following = np.clip(np.searchsorted(ends, upto[row], side="right"), 1, len(ends) - 1)
         out: Floats = np.minimum(at - ends[following - 1], ends[following] - at)
         return out
+
+
+def _corners(program: Programmed, own: slice, vertex: Ints, row: Ints) -> tuple[Ints, Ints, Floats, Floats]:
+    """Return `_Laid.corners`; the arguments are the other attributes of that name."""
+    tolerance = program.column("tolerance")[own]
+    corner = np.flatnonzero((vertex >= 0) & (row + 1 < len(tolerance)))
+    before, after = row[corner], row[corner] + 1
+    change = program.column("entry")[own][after] - program.column("leave")[own][before]
+    turn = np.sqrt((change**2).sum(axis=1))
+    return corner, after, np.minimum(tolerance[before], tolerance[after]), turn
