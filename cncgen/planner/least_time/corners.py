@@ -116,9 +116,10 @@ def corners_of(points: Breakpoints, bounds: AxisLimits) -> Corners:
     speed[~felt & ~corner & ~stop] = np.inf
     stop |= speed <= 0.0
     passed = felt & ~stop
-    back = np.where(stop & ~points.rest, jumps.back(), 0.0)
+    back, bent = jumps.back(stop & ~points.rest)
     acceleration, there, sway = jumps.swayed(together, passed)
-    zone = jumps.zones(together, there)
+    seen = passed | (bent > 0.0).any(axis=1)
+    zone = jumps.zones(together, np.maximum(there, back)) * seen
     # A pulse of acceleration v Δ is v Δ/T in the second difference that sees it.
     pulse = np.abs(turn) * v / (bounds.acceleration * bounds.period_s)
     return Corners(
@@ -126,9 +127,10 @@ def corners_of(points: Breakpoints, bounds: AxisLimits) -> Corners:
         stop=stop,
         corner=corner,
         speed=speed,
-        jump_share=np.stack([pulse, share + sway], 1) * passed[:, None, None],
+        jump_share=np.stack([pulse, share + sway], 1) * passed[:, None, None]
+        + np.stack([np.zeros_like(bent), bent], 1),
         acceleration=acceleration,
-        zone=np.where(passed, zone, 0.0),
+        zone=zone,
         cuts=jumps.cut(stop) & (back == 0.0),
         back=back,
     )
@@ -329,22 +331,31 @@ class BlockJumps:
         out: Bools = stop & (norm(bounds.scale * self.turn) > NO_TURN) & far
         return out
 
-    def back(self) -> Floats:
-        """Return the largest acceleration with which the motion turns back, shape (n,), mm/s²; 0 where the path does not, or where it is small.
+    def back(self, may: Bools) -> tuple[Floats, Floats]:
+        """Return the largest acceleration with which the motion turns back, and what of the jerk limit that takes.
 
-        Without speed the axes have the acceleration x' a on both sides, so these must be one. A setpoint falls half a period T from the tip
-        at most, in which the motion goes a T²/8 + j T³/48: that is kept within the chord tolerance.
+        Without speed the axes have the acceleration x' a on both sides. A setpoint falls half a period T from the tip at most, in which
+        the motion goes a T²/8 + j T³/48: that is kept within the chord tolerance. Where the path does not turn back quite straight, their
+        acceleration has a step Δ a, which takes `SWAY_SHARE` of the jerk limit at most.
+
+        Args:
+            may: Shape (n,), where it may turn back.
+
+        Returns:
+            The acceleration, shape (n,), mm/s²; 0 where the path does not turn back, or where it is small. The part of the jerk limit that
+            the step takes, shape (n, axes), 0 where that is next to nothing.
         """
         bounds, t = self.bounds, self.bounds.period_s
         out = along_path(bounds.acceleration, self.left, self.right)
         jerk = along_path(bounds.jerk, self.left, self.right)
-        step = np.abs(self.left + self.right) * (out / t)[:, None] / bounds.jerk
-        turns = max_over_axes(step) < _NEGLIGIBLE
+        step = 0.75 * np.abs(self.left + self.right) / (bounds.jerk * t)
         size = norm(bounds.scale * self.right)
         with np.errstate(divide="ignore", invalid="ignore"):
             seen = 8.0 * bounds.chord_mm / (size * t**2) - jerk * t / 6.0
-        turns &= seen > _WORTH * out
-        return np.where(turns, np.minimum(out, seen), 0.0)
+            most = np.minimum(seen, SWAY_SHARE / max_over_axes(step))
+            back = np.where(may & (most > _WORTH * out), np.minimum(out, most), 0.0)
+        taken = step * back[:, None]
+        return back, np.where(taken > _NEGLIGIBLE, taken, 0.0)
 
 
 def reached_speeds(speed: Floats, rises: tuple[Floats, Floats]) -> Floats:

@@ -305,8 +305,8 @@ def _cuts(rows: Toolpath, window: Ints, row_t: Floats) -> Floats:
 
 
 def _tangent(one: Floats | None, other: Floats) -> bool:
-    """Tell whether two directions belong to a smooth joint."""
-    return one is not None and bool(np.linalg.norm(one - other) < TANGENT)
+    """Tell whether two directions belong to a smooth joint, or to a place where the path turns back and the acceleration goes on."""
+    return one is not None and any(float(np.linalg.norm(each - other)) < TANGENT for each in (one, -one))
 
 
 def _next_entry(classes: Classes, rows: Toolpath, first: int) -> Floats | None:

@@ -914,12 +914,15 @@ def test_rapids_are_rounded_as_feeds_at_the_velocity_of_the_axes(effort: str) ->
 
 @pytest.mark.parametrize("effort", ["fast", "best"])
 def test_cuts_begin_and_end_where_they_are_programmed_whatever_the_rapids_do(effort: str) -> None:
-    """Rapids to a hole and away from it are rounded by P, 0.2 mm; the hole is as deep as programmed, and straight."""
+    """Rapids to a hole and away from it are rounded by P, 0.2 mm; the hole is as deep as programmed, and straight.
+
+    A setpoint comes within the chord tolerance of the tip, as the motion turns back there (docs/corners.md, Turning back).
+    """
     hole = "(START, Z20)\nG21 G90 G17 G64 P0.2 F300\nG0 X10\nG0 Z2\nG1 Z-6\nG0 Z20\nG0 X20\nM2\n"
     plan = cncgen.plan(cncgen.read_text(hole), machine(), effort=effort)
     chunk = cncgen.sample(plan, "line").collect()
     x, z = (chunk.position[:, chunk.axes.index(letter)] for letter in "XZ")
-    assert z.min() == pytest.approx(-6.0, abs=1e-6)
+    assert -6.0 <= z.min() <= -6.0 + machine().chord_tolerance_mm
     cut = chunk.signals["line"] == 5
     assert np.abs(x[cut] - 10.0).max() < 1e-9
     assert np.hypot(x - 10.0, z - 20.0).min() > 0.05
