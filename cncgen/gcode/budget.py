@@ -16,8 +16,8 @@ MOST_WORK = 5_000_000
 #: Units that each line of the main program may do beside them: a long program is not an endless one.
 WORK_OF_A_LINE = 200
 #: Units that each line of SINUMERIK or Heidenhain that moves may do beside them, run by itself, and of how many such lines: a curve that
-#: a loop computes has hundreds of thousands of points, each with lines of arithmetic and calls.
-WORK_OF_A_MOVE, MOST_MOVES = 60, 250_000
+#: a loop computes has a hundred thousand points and more, each with lines of arithmetic and calls.
+WORK_OF_A_MOVE, MOST_MOVES = 60, 150_000
 #: Units of a step that the options allow.
 WORK_OF_A_STEP = 40
 #: Units of a call of a subprogram, of a canonical call that is made by itself, of a block that goes through its handlers (all of
@@ -25,6 +25,8 @@ WORK_OF_A_STEP = 40
 CALL, MOTION, LINE, BATCH = 4, 8, 12, 36
 #: Units of handing motions on as arrays, however few (arcs among them take four times as long), and of an event between motions.
 ARRAYS, EVENT = 70, 20
+#: Units of a frame that turns, and of each try of a corner that does not fit.
+FRAME, CORNER = 30, 8
 
 
 class Budget:

@@ -77,6 +77,15 @@ _SHORT_T = _Doubt(
     (b"T",),
     rb"(?<![A-Z])T[ \t]*(?:0?[1-9]|[1-9]\d)(?![\d.])",
 )
+#: On lathes: a word B beside a motion, which on the controls of machines with two spindles or a tailstock is their slide's (a program of
+#: a shop: ``G00 G28 B0. (SUB)``); arguments of macros are none.
+_B_SLIDE = _Doubt(
+    rb"^(?:(?!G6[56](?![\d.]))[^(;\n]|(?>" + signs.COMMENT + rb"))*?(?<![A-Z#<])(?P<word>B[ \t]*[-+.\d#\[])",
+    "B is read as a rotary axis, in degrees; on lathes with a second spindle or a tailstock it is the slide of that, in lengths",
+    "leave its words out where it is a slide: none turns then",
+    (b"B",),
+    rb"(?<![A-Z#<])B[ \t]*[-+.\d#\[]",
+)
 #: Places at most that are looked at, one by one, for a slash or a semicolon that hides words.
 _LOOKED = 10_000
 #: Lines with a slash after which one search of the text takes less time than a look at each: where all divide, that took half of the reading.
@@ -201,7 +210,7 @@ def tell(reporter: Reporter, source: Source, choice: Choice, options: ReadOption
             offset = source.line_end(offset) + 1
         reporter.report(source, choice.line, offset, error, severity)
     if not choice.unread:
-        for here, doubt in _doubts(source, choice.dialect, options.least_increment):
+        for here, doubt in _doubts(source, choice.dialect, options):
             reporter.report(source, here.line, here.offset, doubt, Severity.WARNING)
         if options.block_delete and (at := _left_out(source)) is not None:
             begin, hint = source.data.rfind(b"\n", 0, at) + 1, "--no-block-delete runs them"
@@ -303,13 +312,12 @@ def _lengths(head: bytes, lines: bytes, mill: bool) -> _Doubt:
     return _ONE_OF_MILLS if mill else _ONE_WITHOUT_POINT
 
 
-def _doubts(
-    source: Source, dialect: str, least_increment: float | None
-) -> Iterator[tuple[Cursor, BlockError]]:
-    head = source.data[:_HEAD]
+def _doubts(source: Source, dialect: str, options: ReadOptions) -> Iterator[tuple[Cursor, BlockError]]:
+    head, least_increment = source.data[:_HEAD], options.least_increment
     lines, of_fanuc = different(source)[0], language_of(dialect) == "fanuc"
     asked = [*_OF_OTHERS] if language_of(dialect) in BOTH else []
-    asked += [_SHORT_T] if of_fanuc and dialect != "fanuc" else []
+    if of_fanuc and dialect != "fanuc":
+        asked += [_SHORT_T] if options.kinematics is not None else [_SHORT_T, _B_SLIDE]
     asked += {"fanuc": (*_FANUC, _OKUMA), "linuxcnc": (*_LINUXCNC, _OKUMA)}.get(dialect, ())
     if language_of(dialect) in BOTH and least_increment is None:
         asked.append(_lengths(head, lines, dialect == "fanuc") if of_fanuc else _INCREMENTS)

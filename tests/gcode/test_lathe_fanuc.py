@@ -921,3 +921,24 @@ def test_g50_names_the_place_of_the_spindle_too(run: Any) -> None:
     moved = out.path.end[out.path.kind != 3]
     assert np.degrees(moved[:, axes.index("C")]).tolist() == pytest.approx([30, 40, 45, 40])
     assert moved[:, axes.index("X")].tolist() == pytest.approx([25, 25, 25, 25])
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("G0 B-150.", True),
+        ("G28 B0. (SUB)", True),
+        ("G65 P9 B2.", False),
+        ("(GO TO B-150.)", False),
+        ("#2=B", False),
+    ],
+)
+def test_a_word_b_of_a_lathe_is_read_as_degrees_with_a_warning(line: str, said: bool) -> None:
+    """A shop's program for a lathe of two spindles sends the slide of the second one home by ``G00 G28 B0. (SUB)``."""
+    from cncgen import read_text
+
+    program = read_text(f"O1\nG21 G99\nT0101\nG0 X50. Z2.\n{line}\nM30\nO9\nM99", dialect="fanuc-lathe")
+    list(program.chunks())
+    told = [d for d in program.diagnostics if "second spindle" in d.message]
+    assert bool(told) == said
+    assert all(d.code == "other-control" for d in told)

@@ -541,6 +541,15 @@ def test_a_dwell_of_fanuc_counts_as_its_point_says(run: Any, words: str, seconds
     assert [d.code for d in out.diagnostics].count("dwell-point") == said
 
 
+def test_a_dwell_of_a_program_of_haas_with_a_point_counts_seconds_however_long(run: Any) -> None:
+    """Haas's own program that runs a spindle in says "Cycle time: 2 hours": 600 + 600 + 900 s and 15 times twice 30 + 150 s."""
+    text = (
+        "%\nO02021\nS750 M03\nG04 P600.\nS2500 M03\nG04 P600.\nS5000 M03\nG04 P900.\nM97 P1000 L15\nM97 P1000 L15\nM30\n"
+        "N1000\nS7500 M03\nG04 P30.\nS500 M03\nG04 P150.\nM99\n%"
+    )
+    assert sum(event.dwell_s for event in run(text, dialect="fanuc").path.events) == 7500.0
+
+
 def test_a_dwell_in_a_cycle_counts_as_its_point_says(calls: Any) -> None:
     text = "%\nO1\nG21 G90 G99 F100\nG0 Z5.\nG82 X0 Y0 Z-1. R1. P{}\nX1.\nG80\nM30\n%"
     for words, seconds in (("250", "0.2500"), (".25", "0.2500"), ("250.", "0.2500")):

@@ -39,19 +39,22 @@ _SHORTEST = 1e-9
 
 def product(a: Matrix, b: Matrix) -> Matrix:
     """Return the product of two matrices."""
-    rows = [tuple(sum(a[i][k] * b[k][j] for k in range(3)) for j in range(3)) for i in range(3)]
-    return tuple((r[0], r[1], r[2]) for r in rows)
+    # Written out, as below: loops that turn a frame in each round spent most of their time in sums over generators.
+    x, y, z = (applied(a, column) for column in transposed(b))
+    return of_columns(x, y, z)
 
 
 def applied(a: Matrix, v: Vector) -> Vector:
     """Return a matrix times a vector."""
-    x, y, z = (sum(a[i][k] * v[k] for k in range(3)) for i in range(3))
-    return x, y, z
+    x, y, z = v
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = a
+    # The 0 makes a sum of zeros below 0 a plain one.
+    return 0.0 + ax * x + ay * y + az * z, 0.0 + bx * x + by * y + bz * z, 0.0 + cx * x + cy * y + cz * z
 
 
 def transposed(a: Matrix) -> Matrix:
     """Return a matrix with rows and columns exchanged: the inverse of a rotation."""
-    return tuple((a[0][k], a[1][k], a[2][k]) for k in range(3))
+    return of_columns(*a)
 
 
 def cross(a: Vector, b: Vector) -> Vector:

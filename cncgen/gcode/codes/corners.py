@@ -17,6 +17,7 @@ from functools import partial
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.block import AXES, Block
+from cncgen.gcode.budget import CORNER
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.codes.turning_profiles import Segment, fillet
 from cncgen.gcode.errors import BlockError
@@ -51,8 +52,8 @@ _GROUPS = frozenset(("motion", "plane", "units", "distance", "C", "CR", "CP", "L
 #: Blocks without a motion that SINUMERIK lets stand between the two motions of a corner (MD20200, its usual value), and the change of a
 #: tool, which is none of them.
 _MOST_BETWEEN, _TOOL_CHANGE = 3, 60
-#: Halvings of a corner's size on the way to the largest one that fits.
-_HALVINGS = 40
+#: Part of a corner's size by which it may stay below the largest one that fits.
+_NEARLY = 1e-12
 
 
 @dataclass(slots=True)
@@ -252,18 +253,37 @@ class _Corner:
     ) -> Segment | None:
         """Return the corner of the largest size that fits (840D sl, Fundamentals, "Chamfer, rounding")."""
         wanted, low, high, found, self.slack = self.size, 0.0, self.size, None, 0.0
-        for _ in range(_HALVINGS):
-            self.size = (low + high) / 2.0
+        # Of two lines the size is known, but for rounding; else halving finds it.
+        known = self._of_lines(motion, following)
+        tries = [part * known for part in (1.0, 1.0 - _NEARLY) if 0.0 < known < wanted]
+        while high - low > _NEARLY * wanted:
+            ip.budget.spend(CORNER)
+            at_once = bool(tries)
+            self.size = tries.pop(0) if tries else (low + high) / 2.0
             try:
                 found, low = self._between(motion, following), self.size
             except BlockError:
                 high = self.size
+            else:
+                if at_once:
+                    break
         self.size = wanted
         if found is not None:
             message = f"{error.message}; it is made smaller, {low:.4g}, as the control does"
             ip.warn(error.code, message, error.word, "the control does not say how much smaller")
             return found
         raise error
+
+    def _of_lines(self, motion: _Motion, following: _Motion) -> float:
+        """Return the size of the corner that reaches the far end of the shorter of two lines, or 0 where one is an arc."""
+        one, two = motion.segment(self.start, self.plane), following.segment(motion.end, self.plane)
+        if one.centre is not None or two.centre is not None or one.start == one.end or two.start == two.end:
+            return 0.0
+        half = abs(cmath.phase(two.heading(two.start) / one.heading(one.end))) / 2.0
+        least = min(abs(one.end - one.start), abs(two.end - two.start))
+        if self.name in (",R", ",M"):
+            return least / math.tan(half) if half else 0.0
+        return 2.0 * least * math.cos(half) if self.name == ",H" else least
 
     def release(self, ip: Interpreter) -> None:
         """Let the block end: its motion waits; raise where it had none."""

@@ -12,7 +12,8 @@ from cncgen.gcode.state.modal import Stage
 from cncgen.grammars.terminals import FANUC
 from cncgen.toolpath.record import Event
 
-#: From which number on a word P with a decimal point counts milliseconds, and below which one without a point is doubtful.
+#: From which number on a word P with a decimal point counts milliseconds in programs that no code shows to be Haas's, and below which
+#: one without a point is doubtful.
 _LEAST_MS, _LEAST_WAIT = 50.0, 10.0
 #: From which whole number without a decimal point on X and U of a dwell count milliseconds.
 _LONG = 100.0
@@ -79,12 +80,12 @@ def has_point(ip: Interpreter, block: Block, letter: str) -> bool | None:
 def seconds_of(ip: Interpreter, block: Block) -> float:
     """Return the time of a word P of FANUC in seconds: milliseconds, or with a decimal point and less than 50 seconds.
 
-    FANUC's controls refuse the point. Haas's and most others count seconds with it, and programs that have P500. mean
+    FANUC's controls refuse the point. Haas's and most others count seconds with it, and other programs that have P500. mean
     milliseconds; either way a remark says it, as on less than 10 milliseconds, for which nobody waits.
     """
     number = block.words["p"]
     point = has_point(ip, block, "p")
-    seconds = number if point and number < _LEAST_MS else number / 1000.0
+    seconds = number if point and (number < _LEAST_MS or ip.flow_control().of_haas) else number / 1000.0
     if number > 0.0 and (point or number < _LEAST_WAIT):
         message = f"P{number:g} {'with' if point else 'without'} a decimal point is read as {seconds:g} s"
         hint = "X0.5 and P500 of G4 wait half a second; FANUC's controls refuse P with a point, Haas's count seconds with it"

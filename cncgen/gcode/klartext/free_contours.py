@@ -16,6 +16,7 @@ import cmath
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 
 from cncgen.gcode.block import Value
 from cncgen.gcode.codes.turning_profiles import Segment
@@ -145,6 +146,8 @@ class Chain:
     ) -> None:
         self._elements, self._before = elements, before
         self._first = _Part((), start, heading)
+        #: Elements that have one solution whatever follows, and that the parts no longer hold: a long row was copied for each of them.
+        self._settled: list[Segment] = []
         #: Elements whose solution FSELECT chose, and of how many.
         self.chosen: list[tuple[Element, int]] = []
 
@@ -159,17 +162,17 @@ class Chain:
             parts = [part for part in parts if not part.open]
             if not parts:
                 raise _open(element)
-            for k, element in enumerate(self._elements):
+            for k, element in enumerate(self._elements[len(self._settled) :]):
                 count = len({_key(part.done[k]) for part in parts})
                 if count > 1:
                     raise _open(element, count)
         except BlockError as error:
             error.at = element.at
             raise
-        return list(parts[0].done)
+        return [*self._settled, *parts[0].done]
 
     def _next(self, parts: Sequence[_Part], element: Element) -> list[_Part]:
-        groups = [_apart(self._on(part, element)) for part in parts]
+        groups = [_apart(self._on(part, element), len(part.done)) for part in parts]
         if element.select:
             most = max(map(len, groups))
             if element.select > most:
@@ -183,6 +186,9 @@ class Chain:
         found = [replace(part, whole=False) for group in groups for part in group]
         if not found or len(found) > _MOST:
             raise _open(element, len(found))
+        if len(found) == 1:
+            self._settled += found[0].done
+            found = [replace(found[0], done=())]
         return found
 
     def _on(self, part: _Part, element: Element) -> Iterator[_Part]:
@@ -282,7 +288,7 @@ class Chain:
 
     def _known(self, element: Element, part: _Part, number: int) -> Known:
         """Return end and direction of a block."""
-        for own, segment in zip(self._elements, part.done, strict=False):
+        for own, segment in zip(self._elements, chain(self._settled, part.done), strict=False):
             if own.number == number:
                 return segment.end, segment.heading(segment.end)
         known = self._before(number)
@@ -519,12 +525,12 @@ def _key(segment: Segment) -> tuple[float, ...]:
     return (*(round(value, 5) for value in (end.real, end.imag, centre.real, centre.imag)), segment.spin)
 
 
-def _apart(parts: Iterator[_Part]) -> list[_Part]:
-    """Return solutions without those that are the same."""
+def _apart(parts: Iterator[_Part], known: int) -> list[_Part]:
+    """Return solutions without those that are the same; they share as many elements as were known."""
     found: dict[object, _Part] = {}
     for part in parts:
         curves = tuple((c.point, c.way, c.radius, c.spin) if c is not None else None for _, c in part.open)
-        found.setdefault((tuple(map(_key, part.done)), curves), part)
+        found.setdefault((tuple(map(_key, part.done[known:])), curves), part)
     return list(found.values())
 
 

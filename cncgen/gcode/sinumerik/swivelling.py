@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from cncgen.gcode.budget import FRAME
 from cncgen.gcode.codes import affine
 from cncgen.gcode.codes.carried_planes import normal_of, positions, unreached, words
 from cncgen.gcode.errors import BlockError
@@ -240,6 +241,7 @@ def turn_back(motions: Motions) -> None:
 
 def take_frames(motions: Motions, wanted: affine.Frames) -> None:
     """Put frames in force, within that of a turned table or head."""
+    motions.ip.budget.spend(FRAME)
     with motions.shifting():
         affine.change(motions.ip, wanted.whole(), wanted.axes)
     motions.frames = wanted
