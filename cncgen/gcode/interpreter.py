@@ -203,6 +203,10 @@ class Interpreter:
         self._said.add((code, hint))
         return len(self._said) > before
 
+    def check(self, block: Block) -> None:
+        """Raise where a block has codes that do not go together, or a word that belongs to none of them."""
+        self._plans.of(block, self.state.motion)
+
     def execute(self, block: Block) -> None:
         """Execute a block in the modal motion in force.
 

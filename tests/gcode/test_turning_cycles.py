@@ -205,3 +205,21 @@ def test_finishing_under_compensation(run: Any, tmp_path: Path) -> None:
     ends = [(round(float(x), 4), round(float(z), 4)) for x, _, z in out.path.end[out.path.kind < 3][:, :3]]
     cut = 5.0 * (2.0 - 2.0**0.5)
     assert ends[-4:-1] == [(10.0, round(-10.0 - cut, 4)), (round(20.0 - cut, 4), -20.0), (25.0, -20.0)]
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text"),
+    [
+        # LinuxCNC's own interpreter refuses both lines.
+        ("linuxcnc", "o1 sub\nG0 X5 Z0\n{}\nX8 Z-8\no1 endsub\nG7 G18 F100 G0 X20 Z2\nG71 Q1 D1 I0.5 R0.5\nM2"),
+        ("fanuc-lathe", "O1\nG21 G99 S500 M3\nT0101\nG0 X20. Z2.\nG71 U1. R1.\nG71 P1 Q2 F.2\nN1 G0 X5.\nG1 Z0\n{}\nN2 G1 X10. Z-8.\nM30"),
+        ("fanuc", "O1\nG21 G17 G90 F100\nT1 M6\nG0 X0 Y0 Z1.\nG150 P2 X0 Y0 Z-1. I2. Q1. R1. K0 G41 D1\nM30\nO2\nG1 X20.\nY20.\nX-20.\nY-20.\nX20.\n{}\nX20.\nY0\nM99"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize(("line", "code"), [("G9999 X9.", "unknown-code"), ("G1 X9. E5", "unused-word")])
+def test_a_line_of_a_profile_that_nobody_knows_is_a_fault(
+    run: Any, dialect: str, text: str, line: str, code: str
+) -> None:
+    """Roughing and pockets took the moves of such lines, and passed the rest over without a word."""
+    out = run(text.format(line), dialect=dialect)
+    assert code in [d.code for d in out.diagnostics if d.severity.value == "error"]

@@ -54,6 +54,7 @@ def _outline(ip: Interpreter, block: Block) -> list[Segment]:
     with recording(ip, 17) as recorder:
 
         def take(line: Block) -> None:
+            ip.check(line)
             words = line.only(_WORDS)
             codes = tuple(code for code in line.g if code in _CODES)
             if words or codes:

@@ -94,6 +94,8 @@ def _profile(ip: Interpreter, block: Block, name: str) -> tuple[list[Segment], b
         def take(written: Block) -> None:
             nonlocal rapid, away, both
             before, line = len(recorder.segments), turned(ip, written)
+            # The moves of a line are taken alone; codes and words that nobody knows are faults all the same.
+            ip.check(line)
             codes = tuple(number for number in line.g if number in PLAIN_MOTIONS)
             words = line.only(_WORDS)
             if codes or words:

@@ -232,6 +232,7 @@ def read_profile(ip: Interpreter, block: Block, number: float) -> list[Segment]:
         ip.state.motion = ip.state.motion if ip.state.motion in PLAIN_MOTIONS else 0
 
         def take(made: Block) -> None:
+            ip.check(made)
             corners.extend(_execute(ip, recorder, made))
             if len(corners) > MAX_MOVES:
                 raise BlockError("profile-length", f"it has more than {MAX_MOVES} moves")
