@@ -15,6 +15,7 @@ tool changes and dwells, on a machine of random limits. One rule judges all quan
 - Scatter is true where the plans leave twice the standard error of the difference above 1 % of it; its bound holds where the
   difference lies within. A bend is true where differences of ±2 and ±5 %, by a parabola through the odd parts, differ by more
   than 2 %; its bound holds where both lie within.
+- The bound of few plans holds where the difference lies within.
 """
 
 from __future__ import annotations
@@ -195,6 +196,8 @@ class Compared:
     def true(self) -> bool:
         """Whether what `why` says holds by the rule above."""
         slope = self.slope
+        if slope.kind is SlopeKind.ENOUGH:
+            return abs(self.by_differences_s - slope.seconds) <= slope.bound
         if slope.kind is SlopeKind.KINK:
             sides = self.differences_s(self.rises_s, 1, 2), -self.differences_s(self.falls_s, 1, 2)
             return abs(sides[0] - sides[1]) > ASKED * max(map(abs, sides))

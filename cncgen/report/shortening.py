@@ -3,11 +3,11 @@
 Every quantity is planned 10 % and 5 % higher and lower. The derivative is the five-point difference of these plans (Abramowitz and
 Stegun (1964), 25.3.6), whose error is below 10⁻⁴ where the time is smooth. It is not smooth everywhere: a rapid at 45° needs more jerk
 of both axes, so one of them alone can only lengthen it, and plans of path and speed together jump by some 10⁻⁵ to 10⁻⁴ of the time.
-Over the period the time is a sawtooth, since stops wait for a setpoint. Where the differences show more than 0.5 % of that, the
-quantity is planned within 2.5 % too: where these plans change nothing, it does not bind; where the time is smooth so far, the
+Over the period the time is a sawtooth, since stops wait for a setpoint. Where the differences show an error of more than 0.5 % of the
+derivative, and of more than 0.05 % of the cycle, the quantity is planned within 2.5 % too: where these plans change nothing, it does not bind; where the time is smooth so far, the
 differences of 2.5 and 5 % count. Else the derivative is the least-squares one of eight, sixteen or 32 plans within 5 %, as many as make it
 sure. It is missing where its distance from the differences of other plans may be above 2 %; `Slope.kind` says why. All is given for a
-change of 10 % in the direction that shortens (a period falls, all others rise).
+change of 10 % in the direction that shortens (a period falls, all others rise). Where events alone take another time, nothing is planned again (`waited_times`).
 """
 
 from __future__ import annotations
@@ -23,16 +23,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.machine.record import Axis, Machine
+from cncgen.machine.times import times_of
 from cncgen.planner import PlanOptions, Trajectory, plan
+from cncgen.planner.event_times import with_event_times
 from cncgen.report.line_times import LineTimes
 from cncgen.report.tables import duration, text_table
-from cncgen.report.time_split import TimeSplit
-from cncgen.toolpath.record import FeedMode, Toolpath
+from cncgen.report.time_split import TimeSplit, part_of
+from cncgen.toolpath.record import Event, FeedMode, Kind, Toolpath
 
 #: The change that results are given for; differences take 32nds of it as their steps, so the plan of it is one of theirs.
 CHANGE, WHOLE = 0.10, 32
+#: No more plans are made where five or seven show that the error is below this part of the cycle: the ranking does not need it closer.
+_ENOUGH = 5e-4
 #: A derivative of five plans is given where the bound of its error is below this part of it: their scatter is seen by one difference.
 _SURE = 0.005
+#: Up to this part two more plans within 5 % may bring it down: a time inverse to the quantity makes 0.5 % of it.
+_CURVED = 0.01
 #: The same of five plans within 5 %, in which scatter counts twice.
 _SURE_NEAR = 0.0025
 #: The same of eight and sixteen plans, of whose scatter little is known, and of 32. The bound is that of the distance from
@@ -54,6 +60,10 @@ _Key = TypeVar("_Key")
 #: An entry of ``[times]``: a number, seconds of M codes, or seconds to reach speeds.
 _TimesEntry = float | Mapping[str, float] | Sequence[Sequence[float]]
 Floats = NDArray[np.float64]
+#: Where no tool is known.
+_NO_TOOL = "–"
+#: Entries of ``[times]`` that change feeds: all others are of events.
+_OF_FEEDS = ("spindle_max_rpm", "block_s")
 #: Lines and tools named for each quantity.
 _PLACES = 3
 #: A saving below this part of the cycle counts as none: two plans on the rows agree to so much. Two plans of path and speed together
@@ -80,6 +90,7 @@ class Quantity:
         sign: +1 where a rise shortens, -1 where a fall does.
         scaled: Returns the case with the quantity multiplied by a factor.
         part: Part of the split that counts; "": the whole cycle.
+        waits: Whether events alone take another time, while the motion between them stays.
     """
 
     name: str
@@ -87,6 +98,7 @@ class Quantity:
     sign: int
     scaled: Callable[[Case, float], Case]
     part: str = ""
+    waits: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +129,8 @@ class SlopeKind(StrEnum):
     NO_EFFECT = "no effect"
     #: It binds only where it is changed further: the derivative is 0.
     SLACK = "does not bind"
+    #: Few plans know it to a bound that is a small part of the cycle.
+    ENOUGH = "few plans"
     #: The plans scatter by more than a derivative may be off: it is known to a bound.
     SCATTER = "scatter"
     #: Differences of ±2 % and ±5 % differ by more than that: it is known to a bound.
@@ -193,11 +207,15 @@ class Shortening:
         }
 
 
+def _tool(event: Event) -> str:
+    return str(event.values.get("tool", _NO_TOOL))
+
+
 @dataclass(slots=True)
 class _ToolTimes:
     """Adds up the time between tool changes; a change counts for the tool that it brings."""
 
-    tool: str = "–"
+    tool: str = _NO_TOOL
     since_s: float = 0.0
     seconds: dict[str, float] = field(default_factory=dict)
 
@@ -205,7 +223,7 @@ class _ToolTimes:
         for t_s, _, event in trajectory.events:
             if event.name == "tool":
                 self.end(t_s)
-                self.tool = str(event.values.get("tool", "–"))
+                self.tool = _tool(event)
 
     def end(self, t_s: float) -> None:
         self.seconds[self.tool] = self.seconds.get(self.tool, 0.0) + t_s - self.since_s
@@ -229,6 +247,31 @@ def planned_times(case: Case) -> PlannedTimes:
     tools.end(found["cycle_time_s"])
     every = {(line.source, line.line): line.time_s for line in lines.longest(lines.lines)}
     return PlannedTimes(found["cycle_time_s"], found["cycle_time_split_s"], every, tools.seconds, together_s)
+
+
+def waited_times(now: PlannedTimes, case: Case, other: Case) -> PlannedTimes:
+    """Return the times of another case in which only events take another time, from those of a planned one.
+
+    Its motion is not planned again: setpoints that meet it elsewhere change rests in corners by less than a period.
+    """
+    parts, lines, tools = dict(now.parts), dict(now.lines), dict(now.tools)
+    cycle_s, tool = now.cycle_s, _NO_TOOL
+    for (line, one), (_, two) in zip(_events(case), _events(other), strict=True):
+        tool = _tool(one) if one.name == "tool" else tool
+        more = two.takes_s - one.takes_s
+        if more:
+            cycle_s += more
+            parts[part_of(one)] += more
+            lines[line] = lines.get(line, 0.0) + more
+            tools[tool] = tools.get(tool, 0.0) + more
+    return PlannedTimes(cycle_s, parts, lines, tools, now.together_s)
+
+
+def _events(case: Case) -> Iterator[tuple[tuple[str, int], Event]]:
+    """Yield the events of a case, with the place that `LineTimes` counts each at."""
+    for chunk in with_event_times(case.chunks(), times_of(case.machine)):
+        for row in np.flatnonzero(chunk.kind == Kind.EVENT):
+            yield (chunk.sources[0], int(chunk.line[row])), chunk.events[int(chunk.curve[row])]
 
 
 def quantities(case: Case, axes: str) -> list[Quantity]:
@@ -256,6 +299,7 @@ def quantities(case: Case, axes: str) -> list[Quantity]:
             _time_text(key, value),
             1 if key.endswith(("rpm_s", "_rpm")) else -1,
             _scaled_time(key),
+            waits=key not in _OF_FEEDS,
         )
         for key, value in times.items()
         if key != "pockets" and value
@@ -316,7 +360,9 @@ class _Savings:
         """Return the times of a plan with so many 32nds of the change."""
         if steps not in self.plans:
             factor = 1.0 + self.quantity.sign * steps * CHANGE / WHOLE
-            self.plans[steps] = planned_times(self.quantity.scaled(self.case, factor))
+            other = self.quantity.scaled(self.case, factor)
+            waits = self.quantity.waits
+            self.plans[steps] = waited_times(self.now, self.case, other) if waits else planned_times(other)
             self.watch(len(self.plans) - 1)
         return self.plans[steps]
 
@@ -334,7 +380,7 @@ class _Savings:
         if max(abs(whole), abs(self(-WHOLE))) <= noise:
             slope, sides = Slope(SlopeKind.NO_EFFECT, bound=now.agreement_s), (0.0, 0.0)
         else:
-            slope = derivative(self, noise, now.agreement_s)
+            slope = derivative(self, noise, now.agreement_s, _ENOUGH * now.cycle_s)
             sides = slope.sides or (slope.seconds, slope.seconds)
         found = Shortening(quantity.name, quantity.value, quantity.sign * CHANGE, slope, sides, whole)
         if abs(whole) < noise:
@@ -348,24 +394,33 @@ class _Savings:
         )
 
 
-def derivative(saved: Callable[[int], float], noise: float, agreement: float = 0.0) -> Slope:
+def derivative(
+    saved: Callable[[int], float], noise: float, agreement: float = 0.0, enough: float = 0.0
+) -> Slope:
     """Return the saving of a whole change by the derivative, or the reason why it is missing.
 
     Args:
         saved: Returns the seconds that so many 32nds of the change save; asked for up to 32 of them to both sides.
         noise: A saving below it is 0.
         agreement: Seconds to which plans agree.
+        enough: An error of the saving that is not worth more plans.
     """
     found = _five_point(saved, WHOLE // 2)
     if max(abs(found.seconds), found.bound) <= noise:
         return Slope(SlopeKind.SMOOTH, 0.0, found.bound)
     if found.bound <= _SURE * abs(found.seconds):
         return found
+    # Of plans that agree to a, the slope is up to 1.5 a off, which a fourth difference that is 0 by chance does not show.
+    rough = Slope(SlopeKind.ENOUGH, found.seconds, found.bound + 1.5 * agreement)
+    if rough.bound <= enough and found.bound > _CURVED * abs(found.seconds):
+        return rough
     if all(max(abs(saved(k)), abs(saved(-k))) <= noise for k in (8, 6, 4, 2)):
         return Slope(SlopeKind.SLACK, bound=agreement)
     found = _five_point(saved, WHOLE // 4)
     if noise < abs(found.seconds) and found.bound <= _SURE_NEAR * abs(found.seconds):
         return found
+    if rough.bound <= enough:
+        return rough
     for pairs in _KNOWN:
         found = _fitted(saved, pairs)
         hopeless = pairs == _OTHERS and found.bound > _HOPED * abs(found.seconds)
@@ -583,9 +638,12 @@ def as_text(now: PlannedTimes, found: list[Shortening], program: str) -> str:
     return "\n".join([f"cycle time {duration(now.cycle_s)}", text_table(head, rows), *notes])
 
 
+#: What stands behind an estimate and its bound, by its kind.
+_BOUNDED = {SlopeKind.SCATTER: "", SlopeKind.BEND: " bends", SlopeKind.ENOUGH: " (few plans)"}
 #: Explanations of the entries in place of a derivative.
 _MEANINGS = {
     SlopeKind.KINK: "a | b: the time has a kink there; a change saves a at first, and its opposite costs b",
+    SlopeKind.ENOUGH: f"a ± b (few plans): b is less than {100 * _ENOUGH:g} % of the cycle, so no more plans were made",
     SlopeKind.SCATTER: "a ± b: plans scatter by b",
     SlopeKind.BEND: "a ± b bends: by differences of ±2 and ±5 % it differs by b",
     SlopeKind.NO_EFFECT: "no effect: 10 % up or down changes nothing, to {:.1g} s",
@@ -600,9 +658,8 @@ def by_derivative(each: Shortening) -> str:
         return f"{slope.seconds:z.4f}"
     if slope.kind is SlopeKind.KINK:
         return " | ".join(f"{side:z.4f}" for side in each.sides_s)
-    if slope.kind in (SlopeKind.SCATTER, SlopeKind.BEND):
+    if slope.kind in _BOUNDED:
         # A bound has one digit at least.
         digits = max(4, math.ceil(-math.log10(slope.bound))) if slope.bound else 4
-        bends = " bends" if slope.kind is SlopeKind.BEND else ""
-        return f"{slope.seconds:z.{digits}f} ± {slope.bound:.{digits}f}{bends}"
+        return f"{slope.seconds:z.{digits}f} ± {slope.bound:.{digits}f}{_BOUNDED[slope.kind]}"
     return str(slope.kind)

@@ -20,6 +20,11 @@ _PART_OF = {"tool": "tool", "spindle": "spindle", "stop": "stops"}
 _ROUNDING_S = 1e-9
 
 
+def part_of(event: Event) -> str:
+    """Return the part that an event's own time belongs to."""
+    return _PART_OF.get(event.name, "other")
+
+
 class TimeSplit:
     """Adds up the parts of the time line over the trajectories of a plan; they sum to its end."""
 
@@ -57,7 +62,7 @@ class TimeSplit:
             self._take(event)
 
     def _take(self, event: Event) -> None:
-        self._seconds[_PART_OF.get(event.name, "other")] += event.takes_s
+        self._seconds[part_of(event)] += event.takes_s
         self._taken_s += event.takes_s
         if event.name in _PART_OF and not event.takes_s:
             self.instant[event.name] = self.instant.get(event.name, 0) + 1
