@@ -306,13 +306,16 @@ def coarse_findings(name: str, options: ReadOptions, content: bytes | None = Non
     """
     if content is None and not os.path.isfile(name):
         return []
+    from dataclasses import replace
     from pathlib import Path
 
     data = Path(name).read_bytes() if content is None else content
     # Without the shape of a raw piece there is nothing to cut.
     if b"BLOCK" not in data.upper() and b"RIGHT_CIRCULAR_CYLINDER" not in data.upper():
         return []
-    return [d for d in _coarsely_cut(data, name, options) if d.code != "cut-plunge"]
+    found = [d for d in _coarsely_cut(data, name, options) if d.code != "cut-plunge"]
+    # A tool without a size is no mistake of the program.
+    return [replace(d, severity=Severity.WARNING) if d.code == "cut-tool" else d for d in found]
 
 
 def _coarsely_cut(data: bytes, name: str, options: ReadOptions) -> Sequence[Diagnostic]:

@@ -47,6 +47,15 @@ class _CutFault:
 
 
 @dataclass(slots=True)
+class _LeftOut:
+    """Motions with a tool that does not cut: their first line, how the tool can be told, and their way at the feed."""
+
+    line: int
+    hint: str
+    feed_mm: float = 0.0
+
+
+@dataclass(slots=True)
 class Findings:
     """Collects the faults of a program.
 
@@ -58,12 +67,13 @@ class Findings:
     name: str
     found: list[Diagnostic] = field(default_factory=list)
     _faults: dict[tuple[str, int, str], _CutFault] = field(default_factory=dict)
-    _unknown: dict[tuple[str, str], tuple[int, str]] = field(default_factory=dict)
-    _judged: bool = False
+    _unknown: dict[tuple[str, str], _LeftOut] = field(default_factory=dict)
 
     def no_tool(self, name: str, lines: Lines, why: str, hint: str) -> None:
-        """Note why a tool does not cut, once."""
-        self._unknown.setdefault((name, why), (int(lines.line[0]), hint))
+        """Note motions that are left out, as their tool does not cut, and why."""
+        left = self._unknown.setdefault((name, why), _LeftOut(int(lines.line[0]), hint))
+        at_feed = lines.ends[~lines.rapid]
+        left.feed_mm += float(np.linalg.norm(at_feed[:, 3:] - at_feed[:, :3], axis=1).sum())
 
     def judge(
         self,
@@ -75,7 +85,6 @@ class Findings:
         tapping: bool,
     ) -> None:
         """Note the faults of motions by their findings."""
-        self._judged = True
         bites, line = met.depth > LEVEL, lines.line.tolist()
         for k in np.flatnonzero(bites & lines.rapid).tolist():
             self._note("cut-rapid", line[k], operation, met.depth[k], met.at[k], met.volume[k])
@@ -197,11 +206,13 @@ class Findings:
             if count > MAX_TOLD:
                 text = f"{_TEXTS[code]} in {count - MAX_TOLD} more lines"
                 first.append(Diagnostic(code, text, _severity(code), Span(self.name, 1)))
-        # With every motion left out there is nothing that was cut.
-        severity = Severity.WARNING if self._judged else Severity.ERROR
-        for (name, why), (line, hint) in self._unknown.items():
-            text, hint = f"{why.format(repr(name))}; its motions are left out", hint.format(name)
-            first.append(Diagnostic("cut-tool", text, severity, Span(self.name, line), hint=hint))
+        for (name, why), left in self._unknown.items():
+            # A tool may rapid to where it is changed without a size; a cut that is left out is not judged, and misleads what follows.
+            severity = Severity.ERROR if left.feed_mm else Severity.WARNING
+            text = f"{why.format(repr(name))}; its motions are left out, {left.feed_mm:.6g} mm of them at the feed"
+            values = {"tool": name, "left_out_feed_mm": left.feed_mm}
+            span, hint = Span(self.name, left.line), left.hint.format(name)
+            first.append(Diagnostic("cut-tool", text, severity, span, hint=hint, values=values))
         self.found[:0] = first
 
     def _diagnostic(self, code: str, fault: _CutFault) -> Diagnostic:

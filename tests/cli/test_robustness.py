@@ -744,6 +744,8 @@ def test_a_signal_amid_a_destructor_ends_the_run(name: str) -> None:
     script = (
         "import os, signal\nfrom cncgen.cli import app, main\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        # A process takes over what its parent ignores.
+        "signal.signal(signal.SIGTERM, signal.SIG_DFL)\n"
         f"class Last:\n    def __del__(self):\n        os.kill(os.getpid(), signal.{name})\n"
         "def run(arguments):\n    Last()\n    return 0\n"
         "app.run = run\nmain([])\n"

@@ -537,11 +537,28 @@ def test_the_form_of_a_tool_may_be_written_in_capitals():
     assert cutter_of_option("1=Ball:6").edge == 3.0
 
 
-def test_where_no_tool_is_known_nothing_was_cut(tmp_path):
-    """With all motions left out the stock that is left says nothing of the part; with some, a warning tells of them."""
-    text = "G21 G90 G94 G17 S1000 M3 F600\nT7 M6\nG0 X10 Y10 Z5\nG1 Z-1\nT8 M6\nG0 X20\nG1 Z-1\nM2\n"
+@pytest.mark.parametrize(
+    ("tools", "way", "code"),
+    [
+        ([], "7: 10 mm, 8: 6 mm", 1),
+        (["8=flat:4"], "7: 10 mm", 1),
+        (["7=flat:4", "8=flat:4"], "*: 0 mm", 0),
+        (["*=flat:4"], "", 0),
+    ],
+)
+def test_cuts_that_are_left_out_are_not_judged(tmp_path, tools, way, code, capsys):
+    """What a tool of no known size cuts is missing from the verdict, and from what later tools meet; a rapid to the change is not."""
+    text = "G21 G90 G94 G17 S1000 M3 F600\nG0 Z5\nT7 M6\nM3\nG0 X10 Y10\nG1 Z-1\nX14\nG0 Z5\nT8 M6\nM3\nG0 X20\nG1 Z-1\nM2\n"
     file = tmp_path / "part.nc"
     file.write_text(text)
-    for tools, severity in (([], "error"), (["8=flat:4"], "warning")):
-        found = cut(file, stock="box:0,0,-10,40,40,0", tools=tools).findings
-        assert {each.severity.value for each in found if each.code == "cut-tool"} == {severity}
+    box = "box:0,0,-10,40,40,0"
+    found = [each for each in cut(file, stock=box, tools=tools).findings if each.code == "cut-tool"]
+    told = {each.values["tool"]: each for each in found}
+    wanted = {part.split(": ")[0]: part.split(": ")[1] for part in way.split(", ") if part}
+    for name, length in wanted.items():
+        assert f" are left out, {length} of them at the feed" in told[name].message
+        assert told[name].severity.value == ("warning" if length == "0 mm" else "error")
+    assert set(told) - {"*"} == set(wanted) - {"*"}
+    options = [word for tool in tools for word in ("--tool", tool)]
+    assert command(["cut", str(file), "--stock", box, *options]) == code
+    capsys.readouterr()
