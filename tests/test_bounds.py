@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import struct
 import subprocess
@@ -177,6 +178,35 @@ def test_warnings_of_libraries_say_nothing_to_a_user(tmp_path: Path) -> None:
     code = "import cncgen.report.drawing, logging; logging.getLogger('matplotlib.font_manager').warning('findfont: no cmr10')"
     drawn = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert drawn.stderr == ""
+
+
+def test_a_cache_that_matplotlib_cannot_write_is_no_word_on_standard_error(tmp_path: Path) -> None:
+    """Its three lines stood among the JSON of --json."""
+    pytest.importorskip("matplotlib")
+    (tmp_path / "p.nc").write_text(LINES)
+    (tmp_path / "file").write_text("")
+    run = subprocess.run(
+        [
+            sys.executable,
+            "-m",
+            "cncgen",
+            "plot",
+            "p.nc",
+            "-m",
+            "xy-table",
+            "--kinds",
+            "path",
+            "-o",
+            "p.svg",
+            "--json",
+        ],
+        cwd=tmp_path,
+        env={**os.environ, "MPLCONFIGDIR": str(tmp_path / "file" / "none")},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert run.stderr == ""
 
 
 def test_bounds_of_security_are_those_of_the_code() -> None:

@@ -38,8 +38,9 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-# A cache of fonts that another installation wrote makes twenty lines about fonts which are not missed.
-logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
+# A cache of fonts that another installation wrote makes twenty lines about fonts which are not missed, and a folder that cannot be
+# written three about where the cache is instead: standard error is for diagnostics.
+logging.getLogger("matplotlib").setLevel(logging.ERROR)
 
 FORMATS = (".png", ".svg", ".pdf")
 #: Suffixes of files that are not written, so a name with one does not name a folder.

@@ -70,11 +70,12 @@ def two_stage(
     Args:
         chunks: Setpoints of a plan.
         name: One of `KINDS`.
-        master_s: Δt, s; at least one period, rounded to whole ones.
+        master_s: Δt, s; rounded to whole periods.
         remarks: Takes how far the setpoints leave the path of the plan, once they are drawn.
 
     Raises:
-        UsageError: The axes move, and the stream ends within Δt: no point of the master lies between its ends.
+        UsageError: Δt is shorter than a period; or the axes move, and the stream ends within Δt: no point of the master lies between
+            its ends.
     """
     kind, parts = KINDS[name], 1
     waiting: list[Setpoints] = []
@@ -88,7 +89,9 @@ def two_stage(
     for chunk in chunks:
         if not len(chunk):
             continue
-        parts = max(1, round(master_s / chunk.period_s))
+        parts = round(master_s / chunk.period_s)
+        if not parts:
+            raise UsageError(_too_short(master_s, chunk.period_s))
         rows = np.concatenate([rows, chunk.position]) if len(rows) else chunk.position
         waiting.append(chunk)
         end = ((first + len(rows) - 1) // parts - 1) * parts
@@ -107,6 +110,15 @@ def two_stage(
         yield from _filled(waiting, ready, left)
     if remarks is not None:
         remarks.extend(left.remarks(parts))
+
+
+def _too_short(master_s: float, period_s: float) -> Diagnostic:
+    return Diagnostic(
+        "option-value",
+        f"the master's period of {master_s:g} s is shorter than that of the setpoints, {period_s:g} s",
+        hint="the period is in seconds (--master-period 0.016)",
+        values={"master_period_s": master_s, "period_s": period_s},
+    )
 
 
 def _too_long(master_s: float, motion_s: float) -> Diagnostic:

@@ -116,6 +116,8 @@ def test_an_excitation_keeps_the_limits_and_starts_and_ends_at_rest(velocity, ac
 def test_an_excitation_that_cannot_be_is_refused():
     with pytest.raises(UsageError, match="excite-band"):
         swept_sine(AXIS, T, low_hz=50.0, high_hz=10.0)
+    with pytest.raises(UsageError, match="a share of 1e-12 of the limits leaves a swing of "):
+        swept_sine(AXIS, T, share=1e-12)
     with pytest.raises(UsageError, match="the share is 2;"):
         swept_sine(AXIS, T, share=2.0)
     with pytest.raises(UsageError, match="excite-travel"):

@@ -44,6 +44,13 @@ def test_a_closed_path_within_a_master_period_is_refused(count: int) -> None:
     assert list(two_stage([], "two-stage-causal", 0.016)) == []
 
 
+def test_a_master_faster_than_the_setpoints_is_refused() -> None:
+    """It was taken as one of their period, without a word."""
+    rows = [Setpoints("XY", 0.001, 0, np.zeros((6, 2)))]
+    with pytest.raises(UsageError, match=r"1e-12 s is shorter than that of the setpoints, 0\.001 s"):
+        list(two_stage(rows, "two-stage-linear", 1e-12))
+
+
 def test_distance_from_the_path_is_told() -> None:
     """The sagitta a²R/8 of the chords: 0.2 s of 100 mm/s on R 20 mm are 1 rad, R (1 − cos 0.5) = 2.448 mm."""
     remarks = Diagnostics()

@@ -80,6 +80,11 @@ def swept_sine(
     edge = np.clip(np.minimum(t, t[-1] - t) / (0.05 * duration_s), 0.0, 1.0)
     x = size * np.sin(phase) * edge**3 * (10.0 - 15.0 * edge + 6.0 * edge**2)
     x *= share * _room(x, axis, period_s, amplitude / share)
+    if not (swing := float(np.abs(x).max())) >= LEAST_AMPLITUDE:
+        raise _fault(
+            "excite-band",
+            f"a share of {share:g} of the limits leaves a swing of {swing:g}; it must be at least {LEAST_AMPLITUDE:g}",
+        )
     if axis.travel is not None and (center + x.min() < axis.travel[0] or center + x.max() > axis.travel[1]):
         low, high = axis.travel
         raise _fault(
