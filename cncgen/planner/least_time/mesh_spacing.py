@@ -19,6 +19,7 @@ from cncgen.kernels import node_places
 from cncgen.planner.least_time.breakpoints import NO_TURN, nearest
 from cncgen.planner.least_time.corners import Corners
 from cncgen.planner.limits.axis_limits import AxisLimits, along_path, lowered, resolution
+from cncgen.room import left_of_addresses, room
 from cncgen.toolpath.record import Kind
 
 Floats = NDArray[np.float64]
@@ -33,12 +34,14 @@ class TooManyNodesError(Exception):
 
     Attributes:
         nodes: How many.
+        most: For how many there is room.
         s: Path coordinate where the stretch begins that needs most of them.
     """
 
-    def __init__(self, nodes: float, s: float) -> None:
+    def __init__(self, nodes: float, most: int, s: float) -> None:
         super().__init__(f"{nodes:.3g} nodes")
         self.nodes = nodes
+        self.most = most
         self.s = s
 
 
@@ -71,8 +74,10 @@ _CALM = 0.01
 AMPLE, CLOSEST = 3000, 4.0
 #: The plan from which the search for a better path starts has nodes this many times as close: the search ends at the same time.
 COARSE = 0.4
-#: Nodes of a block at most: their derivatives, limits and rows take about a kilobyte each. A block of 2048 butterflies has 1.2 million.
-MOST = 2_000_000
+#: Nodes of a block at most, and bytes that the derivatives, limits and rows of each take. A block of 2048 butterflies has 1.2 million.
+MOST, _BYTES = 2_000_000, 900
+#: Of fewer nodes the room is not asked for.
+_FEW = 50_000
 #: Least distance of nodes as a part of the resolution. Where an axis turns back between two nodes, x'' is bounded (`mesh._calm`), and
 #: the acceleration that is not seen is the square root of this, a seventh of the limit for nodes at the resolution itself.
 _CLOSER = 0.01
@@ -104,7 +109,7 @@ def placed(
         coarse: Whether few nodes are as good as many.
 
     Raises:
-        TooManyNodesError: They are more than `MOST`.
+        TooManyNodesError: They are more than there is room for.
     """
     probes, panels = _probes(path, corners, min(float(resolution(bounds, side[1]).min()) for side in sides))
     at = np.searchsorted(probes, corners.s)
@@ -420,11 +425,13 @@ def spread_nodes(s: Floats, spacing: Floats, borders: Floats, whole: Bools) -> F
     """Divide each stretch between borders evenly in the measure ds / spacing; `whole` stretches are not divided.
 
     Raises:
-        TooManyNodesError: They are more than `MOST`.
+        TooManyNodesError: They are more than `MOST`, or take more memory than the run has.
     """
     up_to, at, count = np.empty(len(s)), np.empty(len(borders)), np.empty(len(whole))
     node_places.measure(s, spacing, borders, whole.view(np.int8), up_to, at, count)
-    if not count.sum() <= MOST:
-        raise TooManyNodesError(float(count.sum()), float(borders[np.argmax(count)]))
+    needed = float(count.sum())
+    most = MOST if needed <= _FEW else int(min(MOST, room() / _BYTES, left_of_addresses() / _BYTES))
+    if not needed <= most:
+        raise TooManyNodesError(needed, most, float(borders[np.argmax(count)]))
     nodes = np.empty(int(count.sum()) + 1)
     return nodes[: node_places.spread(s, spacing, borders, up_to, at, count, nodes)]

@@ -190,6 +190,21 @@ def test_more_nodes_than_memory_is_meant_for_are_refused_with_their_line(
     assert fault.values["nodes"] > 50
 
 
+def test_more_nodes_than_the_run_has_memory_for_are_refused_before_it_is_taken(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Chords within 1e-9 mm of a curve ended in the message of a full memory, without a place."""
+    program = read_text("G21 G17 G90 G61 F600\nG1 X1\nG2 X1 Y0 I10 J0\nG1 X0\nM2\n")
+    monkeypatch.setattr(mesh_spacing, "_FEW", 50)
+    monkeypatch.setattr(mesh_spacing, "room", lambda: 70.0 * mesh_spacing._BYTES)
+    with pytest.raises(NoPlanError) as told:
+        list(plan(program.chunks(), load("generic-mill"), PlanOptions()))
+    (fault,) = told.value.diagnostics
+    assert (fault.code, fault.span and fault.span.line) == ("too-many-nodes", 3)
+    assert fault.values["most"] == 70
+    assert "within 0.001 mm" in fault.hint
+
+
 @pytest.mark.parametrize("far", [0.02, 0.05, 0.1])
 def test_a_rest_near_a_slow_feed_is_reached_at_full_jerk(far: float) -> None:
     """From 2 mm/s to v and to rest in so many mm, at full jerk, (v + 2) √((v − 2)/J) + v √(v/J) of way, is a plan.
