@@ -92,7 +92,6 @@ OPEN_ARGUMENTS = {
     "toolpath/reading.py:_*": "whatever a caller of the library gave: it is checked here",
     "setpoints/checking.py:*": "whatever a caller of the library gave: it is checked here",
     "setpoints/record.py:_*": "whatever a caller of the library gave: it is checked here",
-    "pipeline/planning.py:*.asked": "options by name; `PlanOptions` checks each",
     "pipeline/reading.py:*.asked": "options by name; `ReadOptions` checks each",
     "cli/options.py:*": "what click passes on: values of all options",
     "cli/types.py:convert.value": "click: a text, or a default of the type",
@@ -142,3 +141,19 @@ def test_arguments_have_the_type_of_what_they_take() -> None:
     fitting = {pattern: {one for one in open_ones if fnmatchcase(one, pattern)} for pattern in OPEN_ARGUMENTS}
     assert sorted(open_ones - set().union(*fitting.values())) == []
     assert [pattern for pattern, found in fitting.items() if not found] == [], "these are typed now"
+
+
+def test_keywords_of_plan_are_the_fields_of_its_options() -> None:
+    """Type checkers see them, since `plan(**asked)` names no keyword itself."""
+    tree = ast.parse((PACKAGE / "planner" / "options.py").read_text(encoding="utf-8"))
+    fields = {
+        holder.name: {
+            ast.unparse(each.target): ast.unparse(each.annotation)
+            for each in holder.body
+            if isinstance(each, ast.AnnAssign)
+        }
+        for holder in ast.walk(tree)
+        if isinstance(holder, ast.ClassDef)
+    }
+    assert len(fields["PlanOptions"]) > 10
+    assert fields["PlanWords"] == fields["PlanOptions"]

@@ -17,8 +17,11 @@ from cncgen.shown import html_of
 from cncgen.toolpath.reading import ReadOptions
 
 if TYPE_CHECKING:
+    from typing import Unpack
+
     from cncgen.machine import Drive, Machine
     from cncgen.planner import PlanOptions, Trajectory
+    from cncgen.planner.options import PlanWords
     from cncgen.report.line_times import LineTimes
     from cncgen.report.summary import Summary
     from cncgen.setpoints.stream import SetpointStream
@@ -133,7 +136,7 @@ def plan(
     program: Program | str | os.PathLike[str],
     machine: Machine | str | os.PathLike[str] = "generic-mill",
     options: PlanOptions | None = None,
-    **asked: Any,
+    **asked: Unpack[PlanWords],
 ) -> Plan:
     """Plan a program on a machine.
 
@@ -315,7 +318,7 @@ def plan_with_summary(
     options: PlanOptions | None = None,
     signals: Sequence[str] = (),
     line_times: LineTimes | None = None,
-    **asked: Any,
+    **asked: Unpack[PlanWords],
 ) -> tuple[SetpointStream, Summary]:
     """Plan and sample a program, and gather a summary on the way: times, lengths, peaks, corners, the slowest places.
 

@@ -10,6 +10,10 @@ from cncgen.diagnostics import Diagnostic, Severity, UsageError
 from cncgen.machine.checking import check_servos
 from cncgen.machine.record import Servo
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import TypedDict
+
 #: Those named two-stage leave the path: they change the setpoints of the exact one (`cncgen.setpoints.two_stage`).
 TWO_STAGE = ("two-stage-linear", "two-stage-centred", "two-stage-causal")
 INTERPOLATORS = ("arclength", "taylor1", "taylor2", "uniform", "stateline", *TWO_STAGE)
@@ -161,3 +165,26 @@ class PlanOptions:
             message = f"{self.control} plans by its own rules: feedrate, interpolator and saturation are not asked beside it"
             return [Diagnostic("option-value", message)]
         return []
+
+
+if TYPE_CHECKING:
+
+    class PlanWords(TypedDict, total=False):
+        """The fields of `PlanOptions` as keywords, for type checkers."""
+
+        feedrate: str | None
+        interpolator: str
+        saturation: str
+        profile: str
+        effort: str
+        path_tolerance_mm: float | None
+        max_contour_error_mm: float | None
+        servos: Mapping[str, Servo] | None
+        kbar_per_mm: float
+        corner_distance_mm: float
+        fit_mm: float | None
+        stateline_bound_mm: float
+        master_period_s: float
+        lookahead_rows: int
+        max_steps: int | None
+        control: str | None
