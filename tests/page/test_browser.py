@@ -350,6 +350,11 @@ def test_the_ranking_of_changes_is_that_of_why_and_leads_to_lines(browser: Brows
     assert browser.run(
         f"const t = document.querySelector(`{table}`); return t.scrollWidth <= t.parentElement.clientWidth"
     )
+    first = browser.run(
+        f"return [...document.querySelectorAll(`{table} tbody tr`)].map((row) => row.cells[2].textContent)"
+    )
+    kinds = {each["kind"]: text for each, text in zip(found, first, strict=True)}
+    assert all(" ± " in text for kind, text in kinds.items() if kind in ("few plans", "scatter", "bend"))
     saving = [each["name"] for each in found if each["saved_s"] > 0][:3]
     answers = browser.run(
         "return [...document.querySelectorAll('#answers > span:last-child button')].map((e) => e.firstChild.data)"

@@ -214,7 +214,7 @@ function why(part, go) {
   const most = part.header.why[0].saved_s;
   const rows = part.header.why.map((item) => {
     const { kind } = item, about = `${brief(item.estimate_s)} ± ${brief(item.bound_s)}`;
-    const first = { smooth: brief(item.estimate_s), kink: item.sides_s.map(brief).join(" | "), scatter: about, bend: about }[kind] ?? kind;
+    const first = { smooth: brief(item.estimate_s), kink: item.sides_s.map(brief).join(" | "), scatter: about, bend: about, "few plans": about }[kind] ?? kind;
     const change = changeText(item);
     return element(
       "tr",
@@ -224,7 +224,7 @@ function why(part, go) {
       element("td", { class: "number" }, first),
     );
   });
-  const note = "What a change saves: planned, and by the time's derivative. Where the time has a kink, a | b: the change saves a at first, its opposite costs b; where plans scatter by b, or a slope changes by b within 5 %, a ± b.";
+  const note = "What a change saves: planned, and by the time's derivative. Where the time has a kink, a | b: the change saves a at first, its opposite costs b; where plans scatter by b, a slope changes by b within 5 %, or b is too small a part of the cycle for more plans, a ± b.";
   const title = "What would shorten it";
   return element("section", { id: "changes" }, element("h3", {}, title), element("p", { class: "note" }, note), table(title, ["Change", "Saves", "Derivative"], rows));
 }
