@@ -31,3 +31,22 @@ def test_the_word_that_is_meant_is_marked(text: str, word: str, marked: str) -> 
     """Comments and names of parameters hold no words; numbers are compared by their value, not by their digits."""
     column, length = locate(text, word)
     assert text[column - 1 : column - 1 + length] == marked
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text", "column"),
+    [
+        ("sinumerik", "G90 G54\u00a0G710 X5\nM30", 8),
+        ("heidenhain", "BEGIN PGM A MM\nL X+5\u00a0R0 FMAX\nEND PGM A MM", 6),
+    ],
+)
+def test_a_blank_that_is_none_is_what_is_named(dialect: str, text: str, column: int) -> None:
+    """A no-break space, as texts copied from web pages have: the word behind it was named as what is wrong."""
+    from cncgen import read_text
+
+    program = read_text(text, dialect=dialect)
+    list(program.chunks())
+    fault = next(d for d in program.diagnostics if d.severity.value == "error")
+    assert "U+00A0 (no-break space)" in fault.message
+    assert fault.span is not None
+    assert fault.span.column == column

@@ -47,7 +47,8 @@ _WORD = re.compile(r"\w+")
 
 def refusal(text: str, at: int, expected: Sequence[str], language: Language, hint: str = "") -> BlockError:
     """Return the fault of a line of such a language that is refused at a place, where some tokens were expected."""
-    rest = text[at:].lstrip()
+    # Blanks of other kinds, as texts from web pages have, are no blanks of the language: they are what is refused.
+    rest = text[at:].lstrip(" \t\r")
     column = len(text) - len(rest) + 1
     if not rest or rest.startswith(";"):
         rest, column = "", at + 1
