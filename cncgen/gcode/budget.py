@@ -16,8 +16,8 @@ MOST_WORK = 5_000_000
 #: Units that each line of the main program may do beside them: a long program is not an endless one.
 WORK_OF_A_LINE = 200
 #: Units that each line of SINUMERIK or Heidenhain that moves may do beside them, run by itself, and of how many such lines: a curve that
-#: a loop computes has a hundred thousand points and more, each with lines of arithmetic and calls.
-WORK_OF_A_MOVE, MOST_MOVES = 60, 150_000
+#: a loop computes has hundreds of thousands of points, each with lines of arithmetic and calls.
+WORK_OF_A_MOVE, MOST_MOVES = 60, 250_000
 #: Units of a step that the options allow.
 WORK_OF_A_STEP = 40
 #: Units of a call of a subprogram, of a canonical call that is made by itself, of a block that goes through its handlers (all of
