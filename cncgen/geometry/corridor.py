@@ -17,8 +17,8 @@ from cncgen.geometry.pieces import Pieces
 from cncgen.geometry.tables import Floats
 from cncgen.kernels import smoothing
 
-#: Control points that the curve shares with the path at a closed end: the end point, or three derivatives as well.
-END_POINT, END_DERIVATIVES = 1, 4
+#: Control points that the curve shares with the path at a closed end: the end point, its direction too, or three derivatives.
+END_POINT, END_TANGENT, END_DERIVATIVES = 1, 2, 4
 #: Rounds in which the smoothing length may grow, and the part of the tolerance that the fit should use at least. The second line
 #: is for up to `_FEW_PIECES`, where more rounds cost next to no time.
 ROUNDS, _LEAST_USED = 2, 0.85
@@ -97,7 +97,7 @@ def fit(
     Args:
         pieces: The path to follow; with a seam, from the piece in which it lies.
         cuts: Places along the pieces, ascending, that are to be knots.
-        head: `END_POINT` or `END_DERIVATIVES` at the start; not used with a seam.
+        head: `END_POINT`, `END_TANGENT` or `END_DERIVATIVES` at the start; not used with a seam.
         tail: The same at the end, or 0 where the curve will go on.
         seam: The state from which the curve goes on.
         widest: Largest smoothing length, in tolerances: a longer one takes fewer knots, a shorter one is faster.

@@ -559,7 +559,7 @@ def fit(
         laid: Index of the last given knot.
         fixed: Shape as `points`; where the curve goes on from another its first four rows are given.
         head, tail: Control points at the start and at the end that are not free: 0 at an open end; 1 where the curve
-            has the end point in common with the path; 4 where three derivatives too, or where it goes on.
+            has the end point in common with the path; 2 where its direction too; 4 where three derivatives, or where it goes on.
         points: Room for the control points, as many rows as knots.
         used: Shape (n, 2): part of the tolerance used on the halves of each piece.
 

@@ -12,6 +12,7 @@ from cncgen.diagnostics import Diagnostic, NoPlanError
 from cncgen.geometry.corridor import (
     END_DERIVATIVES,
     END_POINT,
+    END_TANGENT,
     OVERLAP,
     CorridorError,
     Seam,
@@ -178,11 +179,11 @@ class _Smoother:
         among = slice(first, first + len(window))
         given, pieces = looked.given[among], looked.pieces.joined(among.start, among.stop)
         row_t = pieces.row_t
-        head = END_DERIVATIVES if _tangent(self.before, classes.entry[window[0]]) else END_POINT
+        head = _end(self.before, classes.entry[window[0]])
         tail = 0
         if final:
             after = _next_entry(classes, rows, int(window[-1]) + 1)
-            tail = END_DERIVATIVES if _tangent(after, classes.leave[window[-1]]) else END_POINT
+            tail = _end(after, classes.leave[window[-1]])
         try:
             spline = fit(pieces, _cuts(rows, window, row_t), head, tail, self.seam)
         except CorridorError as fault:
@@ -304,9 +305,18 @@ def _cuts(rows: Toolpath, window: Ints, row_t: Floats) -> Floats:
     return row_t[1:-1][feed | (b > a + 1)]
 
 
-def _tangent(one: Floats | None, other: Floats) -> bool:
-    """Tell whether two directions belong to a smooth joint, or to a place where the path turns back and the acceleration goes on."""
-    return one is not None and any(float(np.linalg.norm(each - other)) < TANGENT for each in (one, -one))
+def _end(beside: Floats | None, own: Floats) -> int:
+    """Return what a curve has in common with its row where that meets a neighbour.
+
+    Args:
+        beside, own: The directions of both there, shape (axes,); None where the axes rest.
+    """
+    if beside is None:
+        return END_POINT
+    if np.linalg.norm(beside - own) < TANGENT:
+        return END_DERIVATIVES
+    # Where the path turns back the acceleration goes on, from one direction to its opposite.
+    return END_TANGENT if np.linalg.norm(beside + own) < TANGENT else END_POINT
 
 
 def _next_entry(classes: Classes, rows: Toolpath, first: int) -> Floats | None:
