@@ -91,6 +91,10 @@ CASES: dict[str, tuple[dict[str, str | bytes], tuple[str, ...], int, str]] = {
     "a short program that takes ten minutes, compensated": (
         {"o.nc": "G21 F1\nG1 X10\nM2\n"}, ("compensate", "o.nc", *PLAN), 3, "compensate-long"
     ),
+    "a stock as thin as rounding": (
+        {"a.nc": "G21 S1000 M3\nG2 X20 Y0 I10 J0 F100\nM2\n"},
+        ("cut", "a.nc", "--stock", "cylinder:0,0,1e-12,-5,0", "--tool", "*=ball:4"), 2, "cut-grid",
+    ),
     "a loop of 1e9": ({"o.nc": "G21\no1 repeat [1000000000]\no1 endrepeat\nM2\n"}, ("check", "o.nc"), 1, "too-many-steps"),
     "a turn in a plane of U V W": (
         {"g.nc": "G17.1\nG68X0R5\nM30\n"}, ("check", "g.nc", "--dialect", "fanuc"), 1, "rotation-plane"

@@ -37,7 +37,8 @@ def command(
 
     The command names motions that enter the stock at rapid, that cut with a standing spindle or one that turns the wrong way,
     that cut into the finished part, or that touch the stock with shank or holder. It also names material that is left where a
-    feature demands its removal. Exit 1 if a motion is wrong. Positions are those of the tools' tips.
+    feature demands its removal. Exit 1 if a motion is wrong, or if cuts are left out because their tool has no size. Positions are
+    those of the tools' tips.
     """
     import json
     from pathlib import Path

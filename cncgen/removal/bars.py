@@ -43,7 +43,7 @@ def bar_of(stock: Stock, cell: float | None = None) -> Turned:
         text = f"the stock of a lathe is a cylinder or box about X0 Y0, and stands about X{middle[0]:g} Y{middle[1]:g}"
         raise UsageError(Diagnostic("cut-stock", text, hint="--stock cylinder:0,0,DIAMETER,Z0,Z1"))
     radius = size[0] / 2 if stock.kind == "cylinder" else math.hypot(size[0], size[1]) / 2
-    width = float(size[2]) / RINGS if cell is None else checked_cell(cell)
+    width = checked_cell(float(size[2]) / RINGS if cell is None else cell)
     count = max(round(float(size[2]) / width), 1)
     if count > MAX_RINGS:
         text = f"rings of {width:g} mm are {count}, more than {MAX_RINGS}"

@@ -44,7 +44,7 @@ def dexels_of(stock: Stock, cell: float | None = None) -> Dexels:
         UsageError: There would be too many nodes.
     """
     size = stock.high - stock.low
-    width = float(size.max()) / USUAL_NODES if cell is None else checked_cell(cell)
+    width = checked_cell(float(size.max()) / USUAL_NODES if cell is None else cell)
     counts = counts_of(size, width, "nodes", MAX_NODES, lambda x, y, z: DEXEL_BYTES * (x * y + y * z + z * x))
     origin = (stock.low + stock.high) / 2 - width * (counts - 1) / 2
     out = Dexels(

@@ -67,7 +67,7 @@ class Stock:
             UsageError: There would be too many columns, or one is wider than the stock.
         """
         size = self.high[:2] - self.low[:2]
-        width = _fitting_width(size) if cell is None else checked_cell(cell)
+        width = checked_cell(_fitting_width(size) if cell is None else cell)
         if width > size.min():
             text = f"a column of {width:g} mm is wider than the stock of {size[0]:g} x {size[1]:g} mm"
             raise UsageError(Diagnostic("cut-grid", text, hint="a smaller --cell"))
