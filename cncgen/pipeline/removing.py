@@ -94,20 +94,7 @@ def cut(
     if piece is None:
         raise _no_stock(name, part, toolpaths)
     if turns(toolpaths, cutters, axes, for_lathe):
-        if wanted is not None:
-            text = "--target is for programs that mill; of one that turns the features say what is to stay"
-            raise UsageError(Diagnostic("cut-stock", text))
-        if pieces > 1:
-            text = f"the program turns its work, and has {pieces} raw pieces in a setup; one bar is turned at a time"
-            raise UsageError(
-                Diagnostic("cut-stock", text, hint="write the work of each to a file of its own")
-            )
-        if _setups(toolpaths) > 1:
-            text = f"the program turns its work in {_setups(toolpaths)} setups; a bar is cut in one"
-            raise UsageError(Diagnostic("cut-setups", text, hint="write each setup to a file of its own"))
-        if turned_axes(toolpaths):
-            text = f"the program turns its work, and moves {turned_axes(toolpaths)}; a bar is cut by tools that stand"
-            raise UsageError(Diagnostic("cut-tilted", text, hint="write what is milled to a file of its own"))
+        _check_bar(toolpaths, wanted, pieces)
         return turn_toolpaths(toolpaths, piece, name, cutters, turned, cell_mm)
     stays = wanted if clampings else wanted or finished
     if not turned_axes(toolpaths):
@@ -125,6 +112,24 @@ def _check(toolpaths: Sequence[Toolpath], clampings: Mapping[int, Clamping], unl
         if unlike.startswith("they"):
             hint = "write the setups of each raw piece to a file of their own"
         raise UsageError(Diagnostic("cut-setups", text, hint=hint))
+
+
+def _check_bar(toolpaths: Sequence[Toolpath], wanted: Target | None, pieces: int) -> None:
+    """Raise `UsageError` for a program that turns its work, and asks for more than one bar that tools cut which stand."""
+    if wanted is not None:
+        text = "--target is for programs that mill; of one that turns the features say what is to stay"
+        raise UsageError(Diagnostic("cut-stock", text))
+    if pieces > 1:
+        text = (
+            f"the program turns its work, and has {pieces} raw pieces in a setup; one bar is turned at a time"
+        )
+        raise UsageError(Diagnostic("cut-stock", text, hint="write the work of each to a file of its own"))
+    if (setups := _setups(toolpaths)) > 1:
+        text = f"the program turns its work in {setups} setups; a bar is cut in one"
+        raise UsageError(Diagnostic("cut-setups", text, hint="write each setup to a file of its own"))
+    if moved := turned_axes(toolpaths):
+        text = f"the program turns its work, and moves {moved}; a bar is cut by tools that stand"
+        raise UsageError(Diagnostic("cut-tilted", text, hint="write what is milled to a file of its own"))
 
 
 def turned_axes(toolpaths: Iterable[Toolpath]) -> str:
