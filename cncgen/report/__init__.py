@@ -7,7 +7,7 @@
     response, verdict           a simulation, and a verdict of `cncgen.verify`, as text
     identified, tuned           fits to a log, and tuned gains, with their margins
     plots, plot_data, drawing   pictures of a motion, by matplotlib
-    tables, source_lines        what these share
+    tables                      what these share
 
 `cncgen.cli` and `cncgen.pipeline` call them.
 """

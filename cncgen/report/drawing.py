@@ -48,7 +48,7 @@ _OTHER_FORMATS = (".jpg", ".jpeg", ".gif", ".bmp", ".tif", ".tiff", ".webp", ".p
 #: Points a line is thinned to, keeping the extremes of each stretch.
 MAX_POINTS = 20_000
 #: Colours that differ for the colour-blind too (Okabe and Ito), in the order lines take them.
-BLUE, ORANGE, GREEN, PURPLE = "#0072B2", "#E69F00", "#009E73", "#CC79A7"
+BLUE, ORANGE, GREEN = "#0072B2", "#E69F00", "#009E73"
 #: Commands, and limits.
 GREY, RED = "0.45", "#C8102E"
 

@@ -1,10 +1,9 @@
-"""Pictures as SVG text, drawn from arrays with nothing but numpy: curves over time, and a path coloured by speed."""
+"""A picture as SVG text, drawn from arrays with nothing but numpy: a path coloured by speed."""
 
 from __future__ import annotations
 
 import itertools
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from html import escape
 
 import numpy as np
@@ -14,9 +13,8 @@ from cncgen.units import file_unit
 
 Floats = NDArray[np.float64]
 
-#: Size of a chart and of the picture of a path, in the units of their view boxes.
-WIDTH, HEIGHT, PICTURE = 900, 220, 900
-_LEFT, _RIGHT, _TOP, _BOTTOM = 64, 12, 22, 26
+#: Width of the picture, in the units of its view box.
+PICTURE = 900
 #: Room round the picture of a path, and below it.
 _MARGIN, _FOOT = 40, 50
 #: Points of the picture of a path at most: a page stays some hundred kilobytes however long the program is.
@@ -25,83 +23,8 @@ MOST_POINTS = 20_000
 #: Part of the time in motion that the colours of a path tell apart.
 _USUAL = 0.95
 
-#: Colours of curves that can be told apart with any colour vision (Okabe and Ito 2008).
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f", "#000000", "#b8a800")
 #: Speed from slow to fast: slow places stand out (samples of the inferno map, without its ends that white paper hides).
 SPEEDS = ("#fca50a", "#f8850f", "#ec6824", "#d94d3d", "#bf3952", "#a12a62", "#7f1e6c", "#5c126e", "#390963")
-
-
-def envelope(x: Floats, y: Floats, columns: int) -> tuple[Floats, Floats]:
-    """Thin a curve to its lowest and highest value in each of some columns of x; short curves stay as they are."""
-    if len(x) <= 4 * columns:
-        return x, y
-    size = math.ceil(len(x) / columns)
-    whole = len(x) // size * size
-    parts = y[:whole].reshape(-1, size)
-    first = np.arange(len(parts)) * size
-    picks = np.sort(
-        np.stack([first + parts.argmin(axis=1), first + parts.argmax(axis=1)], axis=1), axis=1
-    ).ravel()
-    tail = y[whole:]
-    rest = sorted({whole + int(tail.argmin()), whole + int(tail.argmax())}) if len(tail) else []
-    keep = np.concatenate([[0], picks, rest, [len(x) - 1]]).astype(np.int64)
-    return x[keep], y[keep]
-
-
-def ticks(low: float, high: float, count: int = 5) -> list[float]:
-    """Return round numbers (1, 2 or 5 times a power of ten apart) between two values."""
-    if not high > low:
-        return [low]
-    rough = (high - low) / count
-    power = 10.0 ** math.floor(math.log10(rough))
-    step = next(factor * power for factor in (1, 2, 5, 10) if factor * power >= rough)
-    return [k * step for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
-
-
-def chart(title: str, time_s: Floats, curves: Mapping[str, Floats], limits: Sequence[float] = ()) -> str:
-    """Draw curves over time, with dashed lines at plus and minus each limit.
-
-    Args:
-        title: With the unit.
-        time_s: Shape (n,).
-        curves: Shape (n,) each, by name.
-        limits: Magnitudes, one a curve or none; those far above the curves are left out.
-    """
-    top = max((float(np.abs(curve).max(initial=0.0)) for curve in curves.values()), default=0.0)
-    shown = sorted({limit for limit in limits if limit <= 3 * top})
-    high = max([top, *shown, 1e-12]) * 1.05
-    low = -high if any(curve.min(initial=0.0) < 0 for curve in curves.values()) else 0.0
-    end = max(float(time_s[-1]) if len(time_s) else 0.0, 1e-9)
-
-    def across(t: Floats) -> Floats:
-        return _LEFT + (WIDTH - _LEFT - _RIGHT) * t / end
-
-    def down(v: Floats | float) -> Floats:
-        return np.asarray(_TOP + (HEIGHT - _TOP - _BOTTOM) * (high - v) / (high - low))
-
-    parts = [f'<text x="{_LEFT}" y="14" class="title">{escape(title)}</text>']
-    for value in ticks(low, high, 4):
-        y = float(down(value))
-        parts.append(f'<line x1="{_LEFT}" x2="{WIDTH - _RIGHT}" y1="{y:.1f}" y2="{y:.1f}" class="grid"/>')
-        parts.append(f'<text x="{_LEFT - 6}" y="{y + 4:.1f}" text-anchor="end">{value:g}</text>')
-    for value in ticks(0.0, end, 8):
-        x = float(across(np.asarray(value)))
-        unit = " s" if value == 0.0 else ""
-        parts.append(f'<text x="{x:.1f}" y="{HEIGHT - 8}" text-anchor="middle">{value:g}{unit}</text>')
-    for limit in shown:
-        for signed in (limit, -limit) if low < 0 else (limit,):
-            y = float(down(signed))
-            parts.append(
-                f'<line x1="{_LEFT}" x2="{WIDTH - _RIGHT}" y1="{y:.1f}" y2="{y:.1f}" class="limit"/>'
-            )
-    for k, (name, curve) in enumerate(curves.items()):
-        t, v = envelope(time_s, curve, WIDTH - _LEFT - _RIGHT)
-        colour = COLOURS[k % len(COLOURS)]
-        parts.append(f'<path d="{_path(across(t), down(v))}" stroke="{colour}" class="curve"/>')
-        parts.append(
-            f'<text x="{WIDTH - _RIGHT - 40 * (len(curves) - k)}" y="14" fill="{colour}">{escape(name)}</text>'
-        )
-    return _svg(WIDTH, HEIGHT, parts)
 
 
 def path_picture(points: Floats, axes: Sequence[str], speed: Floats, marks: Floats) -> str:

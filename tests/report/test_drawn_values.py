@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 
@@ -14,7 +13,7 @@ from cncgen.machine.record import Axis, Servo
 from cncgen.planner.record import Limit, SharpCorner
 from cncgen.report import drawing, plots
 from cncgen.report.plot_data import PlotData, of_response, of_setpoints
-from cncgen.report.svg import HEIGHT, PICTURE, WIDTH, chart, path_picture
+from cncgen.report.svg import PICTURE, path_picture
 from cncgen.servo.record import Response
 from cncgen.setpoints.record import Setpoints
 
@@ -155,35 +154,6 @@ def test_data_of_setpoints_and_of_a_response() -> None:
     assert len(data.position) == 2 * len(rows)
     assert data.force is not None
     assert data.force[:, 0] == pytest.approx(np.tile(rows[:, 0], 2))
-
-
-def places(text: str) -> np.ndarray:
-    """Return the points of an SVG path, shape (n, 2)."""
-    return np.array([float(n) for n in re.findall(r"[-\d.]+", text)]).reshape(-1, 2)
-
-
-def test_a_chart_is_to_scale() -> None:
-    """Two seconds across the box, 0 at its foot, 1.05 times the largest value at its head; limits far above left out."""
-    t = np.array([0.0, 0.5, 2.0])
-    svg = ET.fromstring(chart("v", t, {"X": np.array([0.0, 8.0, 2.0])}, [4.0, 25.0]))
-    found = {kind: [e for e in svg.iter() if e.get("class") == kind] for kind in ("curve", "limit", "grid")}
-    across = 64.0 + (WIDTH - 76.0) * t / 2.0
-    foot, height = HEIGHT - 26.0, HEIGHT - 48.0
-    down = foot - height * np.array([0.0, 8.0, 2.0]) / 8.4
-    assert places(found["curve"][0].get("d") or "") == pytest.approx(
-        np.column_stack([across, down]), abs=0.051
-    )
-    (limit,) = found["limit"]
-    assert float(limit.get("y1") or 0) == pytest.approx(foot - height * 4.0 / 8.4, abs=0.051)
-    assert [limit.get("x1"), limit.get("x2")] == ["64", "888"]
-    heights = [float(e.get("y1") or 0) for e in found["grid"]]
-    assert heights == pytest.approx([foot - height * v / 8.4 for v in (0.0, 5.0)], abs=0.051)
-    # A curve below 0 has its zero in the middle, and each limit on both sides.
-    svg = ET.fromstring(chart("v", t, {"X": np.array([0.0, -8.0, 2.0])}, [4.0]))
-    (curve,) = (e for e in svg.iter() if e.get("class") == "curve")
-    assert places(curve.get("d") or "")[0, 1] == pytest.approx(foot - height / 2.0, abs=0.051)
-    levels = [float(e.get("y1") or 0) for e in svg.iter() if e.get("class") == "limit"]
-    assert levels == pytest.approx([foot - height * (0.5 + s * 4.0 / 16.8) for s in (1, -1)], abs=0.051)
 
 
 def test_marks_and_the_strip_of_speeds_lie_within_the_picture() -> None:
