@@ -410,8 +410,10 @@ def derivative(
         return Slope(SlopeKind.SMOOTH, 0.0, found.bound)
     if found.bound <= _SURE * abs(found.seconds):
         return found
-    # Of plans that agree to a, the slope is up to 1.5 a off, which a fourth difference that is 0 by chance does not show.
-    rough = Slope(SlopeKind.ENOUGH, found.seconds, found.bound + 1.5 * agreement)
+    # The derivative may lie anywhere between the differences to both sides: a limit that no longer binds 4 % higher up makes a bend that
+    # a fourth difference does not show. Of plans that agree to a, it is up to 1.5 a off beside that.
+    between = abs(saved(WHOLE // 2) + saved(-WHOLE // 2))
+    rough = Slope(SlopeKind.ENOUGH, found.seconds, max(found.bound, between) + 1.5 * agreement)
     if rough.bound <= enough and found.bound > _CURVED * abs(found.seconds):
         return rough
     if all(max(abs(saved(k)), abs(saved(-k))) <= noise for k in (8, 6, 4, 2)):

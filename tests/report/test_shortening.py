@@ -208,7 +208,7 @@ def test_derivatives_agree_with_differences_of_other_plans(seed: int) -> None:
 
 
 def test_no_more_plans_are_made_where_the_error_is_a_small_part_of_the_cycle() -> None:
-    """A kink, whose derivatives differ by D, and scatter a: four plans, and a bound of 0.4 D + 1.5 a."""
+    """A kink, whose derivatives differ by D, and scatter a: four plans, and a bound of D/2 + 1.5 a, as the derivative may be either."""
     asked = set[int]()
     kink, scatter = 2e-3, 1e-4
 
@@ -220,7 +220,7 @@ def test_no_more_plans_are_made_where_the_error_is_a_small_part_of_the_cycle() -
     assert asked == {0, 16, -16, 32, -32}
     assert found.kind is SlopeKind.ENOUGH
     assert found.derivative is None
-    assert found.bound == pytest.approx(0.4 * 2 * kink + 1.5 * scatter)
+    assert found.bound == pytest.approx(kink + 1.5 * scatter)
     assert derivative(saved, 1e-9, scatter, 1.7e-3).kind is SlopeKind.KINK
 
 
