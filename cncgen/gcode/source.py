@@ -38,6 +38,10 @@ _BLOCK = 1 << 20
 #: Bytes of the leader and trailer of a tape: blank places, and the codes DC1 to DC4 that start and stop its reader and punch; and the
 #: Control-Z that ends a text of CP/M and MS-DOS, with which XMODEM fills its last block.
 _TAPE = b"\0\x11\x12\x13\x14\x1a"
+#: Fillers of a tape: places without a hole, and those that were punched out, which readers pass over (from memory); and what stands
+#: beside them in a text.
+_FILLERS = b"\0\x7f"
+_TEXT = bytes(range(32, 127)) + b"\t\n\v\f\r" + _TAPE
 
 
 class Source:
@@ -139,7 +143,7 @@ def _spool(source: BinaryIO, spool: BinaryIO, name: str) -> None:
     """Copy a stream, up to `MAX_STREAM` bytes; of a binary one only its head, which shows that."""
     block = _read(source, name)
     head = block[:_HEAD]
-    if b"\0" in (head.strip(_TAPE) or head) and not is_wide(block):
+    if b"\0" in (head.strip(_TAPE) or head) and not is_wide(block) and not _is_filled(head):
         spool.write(block[:_HEAD])
         return
     while block:
@@ -157,17 +161,25 @@ def _read(source: BinaryIO, name: str) -> bytes:
 
 
 def _with_newlines(data: bytes | mmap.mmap) -> bytes | mmap.mmap:
-    """Return a text of UTF-16 in UTF-8, without marks or what leads and trails a tape, and with newlines where CR alone ends its lines."""
+    """Return a text of UTF-16 in UTF-8, without marks or what leads, fills and trails a tape, and with newlines where CR alone ends its lines."""
     if is_wide(data[:WIDE_MARK]):
         data = as_utf8(data[:])
     elif data[:1] + data[-1:] and (data[:1] in _TAPE or data[-1:] in _TAPE):
         text = data[:].strip(_TAPE)
         data = text if text[:1] not in (b"", b"\x7f") else data
+    if _is_filled(data[:_HEAD]):
+        data = data[:].translate(None, _FILLERS)
     if data[: len(codecs.BOM_UTF8)] == codecs.BOM_UTF8:
         data = data[len(codecs.BOM_UTF8) :]
     if b"\r" in data[:_HEAD] and data.find(b"\n") < 0:
         return data[:].replace(b"\r", b"\n")
     return data
+
+
+def _is_filled(head: bytes) -> bool:
+    """Tell whether fillers of a tape stand in a text of ASCII; of a code of two or four bytes, they are half of it and more."""
+    rest = head.translate(None, _FILLERS)
+    return 3 * len(head) < 5 * len(rest) < 5 * len(head) and not rest.translate(None, _TEXT)
 
 
 def _mapped(file: BinaryIO) -> bytes | mmap.mmap:

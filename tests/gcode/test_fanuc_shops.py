@@ -54,6 +54,14 @@ def test_outputs_of_haas_are_the_builders(run: Run, word: str) -> None:
     assert codes(run, f"G21 {word}\nG0 X1\nM30") == [("warning", "builders-code")]
 
 
+def test_words_beside_m6_go_to_the_builders_macro(run: Run) -> None:
+    """A shop's posts write `M6 Q0`: M6 may call a macro, with the words of its block as arguments (parameter 6080)."""
+    assert ends(run, "G21 T1\nM6 Q0\nG0 X1\nM30") == [[1, 0, 0]]
+    assert ("warning", "builders-code") in codes(run, "G21 T1\nM6 Q0\nG0 X1\nM30")
+    assert ("warning", "builders-code") not in codes(run, "G21 T1\nG4 P10 M6\nG0 X1\nM30")
+    assert ("error", "unused-word") in codes(run, "G21 T1\nM6 Q0\nG0 X1\nM30", "linuxcnc")
+
+
 @pytest.mark.parametrize("word", ["P90", "R90"])
 def test_m19_turns_the_spindle_to_an_angle(run: Run, word: str) -> None:
     out = run(f"G21 M19 {word}\nG0 X1\nM30", dialect="fanuc")

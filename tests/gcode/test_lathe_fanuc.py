@@ -689,6 +689,8 @@ INCREMENTS = [
         "G76 P040060 Q30 R.03\nG76 X46. Z-20. P920 Q250 F1.5",
         "R",
     ),
+    # The form in one block (6T and 10T).
+    ("G21", "G76 X46. Z-20. K1300 D400 F1.5 A60", "G76 X46. Z-20. K1.3 D.4 F1.5 A60", "KD"),
     # What is short enough is a length, and so is what has a point.
     ("G21", "G71 U2 R1\nG71 P10 Q20 U1 W0 F.25", "G71 U2. R1.\nG71 P10 Q20 U1. W0. F.25", ""),
     (

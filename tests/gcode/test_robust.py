@@ -264,12 +264,27 @@ def test_lines_end_as_any_system_ends_them(begin: bytes, end: bytes, last: bytes
     assert out.path.line.tolist()[:3] == [2, 5, 5]
 
 
+@pytest.mark.parametrize(
+    ("before", "after"), [("\n", "\r\0\0\n"), ("10", "1\x7f0"), ("\n%\n", "\x7f\x7f\n%\n\0\0\0")]
+)
+def test_fillers_of_a_tape_are_passed_over(before: str, after: str, tmp_path: Path, run: Any) -> None:
+    """NUL is a place without a hole, DEL one that was punched out: the text means what it does without them, as file and stream."""
+    written = "%\nO1\nG21 G0 X10 Y5\nX20\nM30\n%\n".replace(before, after).encode()
+    out = run(written)
+    assert [d.code for d in out.diagnostics] == ["dialect"]
+    assert out.path.end[:2, :2].tolist() == [[10, 5], [20, 5]]
+    (tmp_path / "tape.nc").write_bytes(written)
+    found = Diagnostics()
+    check(tmp_path / "tape.nc", "tape.nc", ReadOptions(), found)
+    assert [d.code for d in found] == ["dialect"]
+
+
 @pytest.mark.parametrize("dialect", ["auto", "linuxcnc", "sinumerik", "heidenhain"])
 def test_wide_text_without_its_mark_is_named(dialect: str) -> None:
     for coding, named in (("utf-16-le", True), ("utf-16-be", True), ("utf-32", True), ("ascii", False)):
         found = Diagnostics()
         check(
-            io.BytesIO(("G0 X1" + "\0" * (not named) + "\nM2\n").encode(coding)),
+            io.BytesIO(("G0 X1" + "\0\1" * (not named) + "\nM2\n").encode(coding)),
             "a",
             ReadOptions(dialect=dialect),
             found,

@@ -117,7 +117,10 @@ def _thread_of(ip: Interpreter, block: Block) -> _Thread:
     if missing:
         hint = "G76 X18.2 Z-20 P920 Q250 F1.5: height and first depth in least increments"
         raise BlockError("thread-words", f"G76 has no {' and no '.join(missing)}", "G76", hint=hint)
-    sizes = [words["k"], depth_of(ip, block, "G76")] if of_haas else [increments(ip, block, k) for k in "pq"]
+    if of_haas:
+        sizes = [length_of(ip, block, "k", "G76", DEEP), depth_of(ip, block, "G76")]
+    else:
+        sizes = [increments(ip, block, letter) for letter in "pq"]
     depths = _Depths(sizes[0], sizes[1], kept.least, kept.finish, kept.passes, way in (3, 4))
     slope, angle = "i" if of_haas else "r", words.get("a", kept.angle)
     taper = length_of(ip, block, slope, "G76", DEEP) if slope in words else 0.0

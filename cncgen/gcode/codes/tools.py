@@ -91,6 +91,18 @@ def change(ip: Interpreter, block: Block) -> None:
     ip.sink.call(f"CHANGE_TOOL({ip.tools.place_of(number)})", Event("tool", True, values=_sizes(ip, number)))
 
 
+def _change_fanuc(ip: Interpreter, block: Block) -> None:
+    """M6, which a control may have call a macro of the machine's builder (parameters 6071 and 6080): K P Q R go to that."""
+    others = [row.words for row in ip.codes.of(block) if (row.letter, row.number) != ("M", 60)]
+    given = [
+        letter for letter in _ARGUMENTS if letter in block.words and not any(letter in row for row in others)
+    ]
+    if given:
+        message = f"{', '.join(given).upper()} of M6 goes to the macro of the machine's builder that changes tools: passed over"
+        ip.warn_once("builders-code", message, given[0].upper(), "check that the macro moves nothing with it")
+    change(ip, block)
+
+
 def put_in(ip: Interpreter, number: int) -> None:
     """Have a tool in the spindle, and its sizes in the parameters."""
     ip.state.fetched = number
@@ -263,14 +275,18 @@ def length_off(ip: Interpreter, block: Block) -> None:
     use_offset(ip, zeros())
 
 
+#: Words beside M6 that nothing else has use for there.
+_ARGUMENTS = "kpqr"
 _BY_NUMBER = ("changes the tool's offset", TOOL_POINT)
 _GIVEN = ("changes the tool's offset", COMPENSATION | TOOL_POINT)
 CODES = (
     Code("T", 0, "T", Stage.TOOL, select, "tool to be changed in next", "t", refused=("changes the tool", ROTARY_PATH),
         without="lathes"),
     Code("H", 0, "H", Stage.TOOL_LENGTH, length_number, "number of the tool offset", "h", dialects=("fanuc",), without="lathes"),
-    Code("M", 60, "tool change", Stage.CHANGE, change, "change to the tool of T", named=(NEXT_TOOL,), after=take_position,
-        refused=CHANGES_TOOL, without="lathes"),
+    Code("M", 60, "tool change", Stage.CHANGE, change, "change to the tool of T", dialects=("linuxcnc",), named=(NEXT_TOOL,),
+        after=take_position, refused=CHANGES_TOOL, without="lathes"),
+    Code("M", 60, "tool change", Stage.CHANGE, _change_fanuc, "change to the tool of T (K P Q R: arguments of the builder's macro)", _ARGUMENTS,
+        dialects=("fanuc",), named=(NEXT_TOOL,), after=take_position, refused=CHANGES_TOOL, without="lathes"),
     Code("M", _M61, "tool change", Stage.CHANGE, name_tool, "the tool in the spindle is Q", "q", dialects=("linuxcnc",)),
     Code("G", 430, "tool length", Stage.TOOL_LENGTH, length, "tool offset of tool H", "h", dialects=("linuxcnc",),
         refused=CHANGES_TOOL_OFFSET, restores=("tool_length", True)),

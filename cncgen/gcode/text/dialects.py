@@ -158,7 +158,9 @@ def _found(wanted: Iterable[Sign], lines: _Lines) -> Iterable[_Found]:
 
 
 def _of_name(name: str, lines: _Lines) -> Iterable[_Found]:
-    """Yield the signs of a file's suffix: SINUMERIK's programs are .mpf and .spf; their main blocks begin with :."""
+    """Yield the signs of a file's suffix: SINUMERIK's programs are .mpf and .spf, Okuma's .min; main blocks of SINUMERIK begin with :."""
+    if name.lower().endswith(".min"):
+        yield "the suffix of Okuma's programs", {"okuma": 10.0}, 1
     if not name.lower().endswith((".mpf", ".spf")):
         return
     yield "the suffix of SINUMERIK's programs", {_S: 4.0}, 1

@@ -184,7 +184,7 @@ _ELSEWHERE_BARE = (
     _of("okuma", 15, "a word of Okuma", rb"^(?:NOEX|MODIN|MODOUT|CALLO[A-Z0-9]+|N(?:LAP|CYL|AT)\d*(?=[GX-Z]))",
         b"NOEX", b"MOD", b"CALLO", b"NLAP", b"NCYL", b"NAT"),
     _of("okuma", 15, "a line's name of Okuma", rb"^N(?:STRT|BAR|AT\d+|LAP\d*|END)$", b"NSTRT", b"NBAR", b"NAT", b"NLAP", b"NEND"),
-    _of("okuma", 6, "a spindle of Okuma's lathes by G140 or G141", rb"^G14[01]$", b"G140", b"G141"),
+    _of("okuma", 30, "a spindle of Okuma's lathes by G140 or G141", rb"^G14[01]$", b"G140", b"G141"),
     _of("okuma", 20, "a condition with the name of a line", rb"^IF\[[^\n]*\]N[A-Z\d]", b"IF["),
     _of("okuma", 20, "a contour of LAP", _W + rb"G8[567]N[A-Z]", b"G85N", b"G86N", b"G87N"),
     _of("okuma", 20, "the speed of a driven tool by SB=", _W + rb"SB=[.\d]", b"SB="),
