@@ -26,6 +26,8 @@ Floats = NDArray[np.float64]
 _BINDS = 0.985
 #: Rounding within which a time counts as reached, s.
 _ROUNDING = 1e-12
+#: An event is between two times if it is so much later than the first one, and earlier than the second, s: rounding of hours is less.
+_INSIDE = 1e-9
 
 
 class Hand:
@@ -84,6 +86,11 @@ class Hand:
         if self.windows:
             values["tolerance_windows"], values["tolerance_windows_kept"] = self.windows, self.kept
         return {"events": tuple(events), "corners": tuple(corners), "values": values}
+
+    def stops_between(self, begin: float, end: float) -> bool:
+        """Tell whether the plan rests for an event between two of its times."""
+        self._draw()
+        return any(begin + _INSIDE < t < end - _INSIDE and event.stands for t, _, event in self._events)
 
     def until(self, time: float) -> Iterator[Trajectory]:
         """Hand on trajectories of the unchanged plan that end before a time."""

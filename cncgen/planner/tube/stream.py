@@ -197,8 +197,10 @@ class Tube:
         yield from self.hand.plain(run.t)
         final = count if whole else self._final(nodes)
         window, free = self._planned(run, nodes, final), _has_room(run.state, nodes)
-        # Without goals it cannot be told whether a motion is within the tolerance.
+        # Without goals it cannot be told whether a motion is within the tolerance. Where rows before an event are so short that they are one
+        # place, the plan may rest for it amid the window.
         tried = free and window.goals is not None and self._searches(nodes)
+        tried &= not self.hand.stops_between(run.t, float(nodes.t[-1]))
         found, better = self._fastest(run, window) if tried else (None, False)
         if not better:
             self.search.forget()

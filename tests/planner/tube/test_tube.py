@@ -843,6 +843,31 @@ def test_a_dwell_behind_a_tiny_row_is_found_on_the_plan() -> None:
     assert found[1]["motion_time_s"] == pytest.approx(found[0]["motion_time_s"], rel=1e-4)
 
 
+def test_a_dwell_between_rows_of_a_tenth_of_a_micrometre_is_waited_for() -> None:
+    """Such rows are one place on the plan, so the run behind the dwell began before it, and a motion without it stood in its place.
+
+    Each of the turns of A takes 2 √(L/a) at least, beside both dwells.
+    """
+    rows = """
+        G1 A-0.0342947
+        G1 X0.0000000918 Y-0.0000000396
+        G4 P0.05
+        G1 X0.000027105 Y-0.0000116975 Z0.0000088264
+        G1 A-2.5461847
+        G1 A-2.5804794
+        G4 P0.05
+        G1 A-1.5089594
+        M2
+    """
+    on = machine(174.819, 8688.08, 820787.0)
+    axes = on.axes | {"A": Axis("A", *(np.radians(limit) for limit in (174.819, 8688.08, 820787.0)))}
+    least = 0.1 + sum(2.0 * np.sqrt(way / 8688.08) for way in (0.0342947, 2.5461847, 1.07152))
+    for effort in ("fast", "best"):
+        text = "G21 G90 G17 G64 P0.1 F91299.2" + rows
+        plan = cncgen.plan(cncgen.read_text(text), replace(on, axes=axes), effort=effort)
+        assert sum(float(part.profile.t[-1] - part.profile.t[0]) for part in plan) >= least
+
+
 def _windows(text: str, on: Machine) -> int:
     """Return how many windows are searched."""
     chunks, summary = cncgen.plan_with_summary(cncgen.read_text(text), on)
