@@ -20,7 +20,7 @@ from cncgen.cli.options import (
     summary_option,
     unnamed_options,
 )
-from cncgen.cli.types import FILE, MACHINE, MODES, Share
+from cncgen.cli.types import FILE, MACHINE, MODES, Share, WholeRange
 
 if TYPE_CHECKING:
     from cncgen.machine import Machine
@@ -70,7 +70,7 @@ class _Task:
 @click.option(
     "--passes",
     metavar="N",
-    type=click.IntRange(1, 100),
+    type=WholeRange(1, 100),
     default=6,
     show_default=True,
     help="How many times the remaining error is learnt, at most.",

@@ -10,7 +10,17 @@ from typing import Any
 import click
 
 from cncgen.cli import memory, messages
-from cncgen.cli.types import AXES, FILE, FOLDER, MACHINE, SETPOINT_FORMAT, FiniteRange, NamedChoice, Uncertain
+from cncgen.cli.types import (
+    AXES,
+    FILE,
+    FOLDER,
+    MACHINE,
+    SETPOINT_FORMAT,
+    FiniteRange,
+    NamedChoice,
+    Uncertain,
+    WholeRange,
+)
 from cncgen.extensions import DIALECT_GROUP
 from cncgen.ranges import TOLERANCE_MM
 from cncgen.toolpath.reading import DIALECTS, SPEED_UNITS, SPINDLE_SIGNS, UNITS
@@ -170,7 +180,7 @@ message_options = _all_of(
     click.option(
         "--max-memory",
         metavar="MIB",
-        type=click.IntRange(64, 2**30),
+        type=WholeRange(64, 2**30),
         default=memory.DEFAULT_MIB,
         show_default=True,
         is_eager=True,
@@ -239,7 +249,7 @@ program_options = _gathering(
     click.option(
         "--max-steps",
         metavar="N",
-        type=click.IntRange(min=1),
+        type=WholeRange(min=1),
         help="Blocks executed before a program counts as endless [default: some seconds of work].",
     ),
 )
@@ -450,13 +460,13 @@ perturb_options = _gathering(
     click.option(
         "--draws",
         metavar="N",
-        type=click.IntRange(1, 65536),
+        type=WholeRange(1, 65536),
         help="Machines that --perturb draws [default: 512; tune, and compensate without --perturb: 64].",
     ),
     click.option(
         "--draw-seed",
         metavar="N",
-        type=click.IntRange(0),
+        type=WholeRange(0),
         default=0,
         show_default=True,
         help="Seed of the draws.",

@@ -12,7 +12,7 @@ import click
 from cncgen.cli import messages
 from cncgen.cli.once import OnceGroup
 from cncgen.cli.options import message_options
-from cncgen.cli.types import FILE, FOLDER
+from cncgen.cli.types import FILE, FOLDER, WholeRange
 
 if TYPE_CHECKING:
     from cncgen.sweep.definition import SweepDefinition
@@ -44,7 +44,7 @@ def command() -> None:
 @click.option(
     "--processes",
     metavar="N",
-    type=click.IntRange(1, 1024),
+    type=WholeRange(1, 1024),
     help="Processes here [default: one a processor].",
 )
 @click.option(
@@ -155,9 +155,7 @@ def _dry_run(sweep: SweepDefinition, output: str, processes: int | None) -> None
 @click.argument("results", metavar="RESULTS/", type=FOLDER)
 @click.option("--by", metavar="FIGURE", help="Rank by this figure [default: the first one].")
 @click.option("--largest", is_flag=True, help="Rank the largest value first.")
-@click.option(
-    "--top", metavar="N", type=click.IntRange(0), default=10, show_default=True, help="Rows to show."
-)
+@click.option("--top", metavar="N", type=WholeRange(0), default=10, show_default=True, help="Rows to show.")
 @click.option(
     "--pareto",
     metavar="TIME,ERROR",

@@ -17,7 +17,7 @@ from cncgen.cli.options import (
     program_options,
     summary_option,
 )
-from cncgen.cli.types import FILE, FiniteRange
+from cncgen.cli.types import FILE, FiniteRange, WholeRange
 
 if TYPE_CHECKING:
     from cncgen.servo.named_schemes import Settings
@@ -52,7 +52,7 @@ CONTROLLERS = ("p", "ccc", "zpetc+ccc", "tcf", "h-infinity")
     help="Damping of the placed poles.",
 )
 @click.option(
-    "--sets", metavar="N", type=click.IntRange(1, 1_000_000), default=1000, show_default=True,
+    "--sets", metavar="N", type=WholeRange(1, 1_000_000), default=1000, show_default=True,
     help="Gain sets tried on a program.",
 )  # fmt: skip
 @click.option(
@@ -64,10 +64,10 @@ CONTROLLERS = ("p", "ccc", "zpetc+ccc", "tcf", "h-infinity")
     help="Least distance of each loop from -1.",
 )
 @click.option(
-    "--seed", metavar="N", type=click.IntRange(0), default=0, show_default=True, help="Seed of the search."
+    "--seed", metavar="N", type=WholeRange(0), default=0, show_default=True, help="Seed of the search."
 )
 @click.option(
-    "--jobs", metavar="N", type=click.IntRange(1, 1024), help="Processes of the search [default: one a core]."
+    "--jobs", metavar="N", type=WholeRange(1, 1024), help="Processes of the search [default: one a core]."
 )
 @click.option("--bode/--no-bode", default=True, show_default=True, help="Print a Bode table of each loop.")
 @output_option

@@ -20,6 +20,11 @@ class FiniteRange(click.FloatRange):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Return the number, or fail as click does."""
+        try:
+            value = float(value)
+        except ValueError:
+            within = "" if self.min is self.max is None else f" in the range {self._describe_range()}"
+            self.fail(f"{value!r} is not a number{within}.", param, ctx)
         number = float(super().convert(value, param, ctx))
         if not math.isfinite(number):
             self.fail(f"{value!r} is not a finite number.", param, ctx)
@@ -27,6 +32,18 @@ class FiniteRange(click.FloatRange):
         if number and not low <= abs(number) <= high:
             self.fail(f"{value!r} is neither 0 nor within {low:g} and {high:g} but for its sign.", param, ctx)
         return number
+
+
+class WholeRange(click.IntRange):
+    """A whole number within bounds; a text that is none is refused with the bounds."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        """Return the number, or fail as click does."""
+        try:
+            number = int(value)
+        except ValueError:
+            self.fail(f"{value!r} is not a whole number in the range {self._describe_range()}.", param, ctx)
+        return int(super().convert(number, param, ctx))
 
 
 class Share(click.ParamType):

@@ -52,6 +52,10 @@ class TomlFile:
             raise UsageError(sorted(self.faults, key=lambda fault: fault.span.line if fault.span else 0))
 
 
+#: A name of a key, bare or in quotes.
+_KEY = r"(?:[A-Za-z0-9_-]+|\"[^\"]*\"|'[^']*')"
+
+
 def key_places(lines: list[str]) -> dict[str, tuple[int, int, int]]:
     """Find where keys stand in a TOML text: key path to line and column (from 1) and length.
 
@@ -61,13 +65,14 @@ def key_places(lines: list[str]) -> dict[str, tuple[int, int, int]]:
     table = ""
     for number, line in enumerate(lines, start=1):
         header = re.match(r"\s*\[\s*([^\[\]]+?)\s*\]", line)
-        key = re.match(r"\s*([A-Za-z0-9_.\"-]+)\s*=", line)
+        key = re.match(rf"\s*({_KEY}(?:\s*\.\s*{_KEY})*)\s*=", line)
         if header:
             table = re.sub(r"[\s\"]", "", header[1])
             places.setdefault(table, (number, header.start(1) + 1, len(header[1])))
         elif key:
-            path = f"{table}.{key[1]}" if table else key[1]
-            places.setdefault(path.replace('"', ""), (number, key.start(1) + 1, len(key[1])))
+            name = "".join(part.strip("\"'") for part in re.findall(rf"{_KEY}|\.", key[1]))
+            path = f"{table}.{name}" if table else name
+            places.setdefault(path, (number, key.start(1) + 1, len(key[1])))
     return places
 
 
@@ -120,11 +125,12 @@ def _fault_at(at: int, text: str, name: str, code: str, message: str, hint: str 
 
 def _syntax_fault(text: str, name: str, message: str, kind: str) -> Diagnostic:
     """Turn tomllib's message, which ends in ``(at line 3, column 5)``, into a diagnostic with its place."""
-    place = re.search(r"\s*\(at line (\d+), column (\d+)\)$", message)
+    place = re.search(r"\s*\(at (?:line (\d+), column (\d+)|end of document)\)$", message)
     if not place:
         return Diagnostic(f"{kind}-syntax", f"{name}: {message}")
-    line, column = int(place[1]), int(place[2])
     lines = text.split("\n")
+    last = text.rstrip().split("\n")
+    line, column = (int(place[1]), int(place[2])) if place[1] else (len(last), len(last[-1]) + 1)
     row = lines[line - 1] if line <= len(lines) else ""
     excerpt, cut = excerpt_of(row, column)
     said = message[: place.start()]

@@ -59,7 +59,7 @@ class Cutting(CutWalk):
     def run(self, toolpaths: Iterable[Toolpath]) -> Removal:
         """Cut along toolpaths and return the remaining stock and the faults."""
         raw = self._stock.raw_volume
-        self.walk(toolpaths, min(CHORD_CELLS * self._stock.cell, CHORD))
+        self.walk(toolpaths, min(CHORD_CELLS * self._stock.cell, CHORD), self._stock.cell)
         if self._target is not None:
             self.findings.left(self._stock, self._target, LEFT)
         return self.result(self._stock, raw)

@@ -115,7 +115,7 @@ class LeaningCutting(CutWalk):
     def run(self, toolpaths: Iterable[Toolpath]) -> Removal:
         """Cut along toolpaths and return the remaining stock and the faults."""
         raw = self._stock.volume
-        self.walk(toolpaths, min(CHORD_CELLS * self._stock.cell, CHORD))
+        self.walk(toolpaths, min(CHORD_CELLS * self._stock.cell, CHORD), self._stock.cell)
         self._left()
         return self.result(self._stock, raw)
 

@@ -42,6 +42,9 @@ class CutWalk(ABC):
     #: What is said of a tool that is not known, and of one that cannot cut here; and how to name those that can.
     UNKNOWN = "the diameter of tool {} is not known"
     UNFIT = "tool {} is for lathes, and the program does not turn its work"
+    #: The same of a tool that may pass between the middles of all cells.
+    NARROW = "tool {} of {:g} mm is narrower than a cell of {:g} mm, which cannot show what it cuts"
+    FINER = "a smaller --cell shows its cuts; is the size of the tool in mm?"
     TOOLS = "--tool '{0}=flat:D' names it (on a lathe {0}=turn:NOSE,TRAILING), or a tool table with diameters"
 
     def __init__(self, name: str, cutters: Mapping[str, Cutter | Insert] | None) -> None:
@@ -53,10 +56,11 @@ class CutWalk(ABC):
         self._pending = ""
         self._times: list[Floats] = []
         self._rates: list[Floats] = []
-        self._now = 0.0
+        self._now = self._narrowest = 0.0
 
-    def walk(self, toolpaths: Iterable[Toolpath], chord: float) -> None:
-        """Cut along toolpaths, arcs and splines as lines within a chord, mm."""
+    def walk(self, toolpaths: Iterable[Toolpath], chord: float, narrowest: float = 0.0) -> None:
+        """Cut along toolpaths, arcs and splines as lines within a chord, mm; cuts of milling tools below a diameter are left out."""
+        self._narrowest = narrowest
         for path in lines_alone(toolpaths, chord):
             events = np.flatnonzero(path.kind == Kind.EVENT).tolist()
             for begin, end in zip([-1, *events], [*events, len(path)], strict=True):
@@ -120,6 +124,10 @@ class CutWalk(ABC):
         operation = self._operations[-1]
         operation.tool = state.tool
         cutter = self._cutter()
+        if isinstance(cutter, Cutter) and 2.0 * cutter.radius < self._narrowest:
+            why = self.NARROW.format("{}", 2.0 * cutter.radius, self._narrowest)
+            self.findings.no_tool(state.tool or "*", lines, why, self.FINER)
+            return
         met = None if cutter is None else self._cut(lines, cutter, operation)
         if cutter is None or met is None:
             why = self.UNKNOWN if cutter is None else self.UNFIT

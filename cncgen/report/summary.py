@@ -71,7 +71,7 @@ class Summary:
         self._gone = 0.0
         self._way: float | None = None
         self._corners: list[SharpCorner] = []
-        self._corner_count = self._motions = 0
+        self._corners_seen = self._corners_said = self._motions = 0
         #: Whether rotary axes turn along with linear ones: the feed of these is then not that of the tool on the workpiece.
         self._turns_along = False
         self._split = TimeSplit()
@@ -195,8 +195,9 @@ class Summary:
         if self.line_times is not None:
             self.line_times.add(trajectory)
         values = dict(trajectory.values)
-        # A plan hands on so many corners at most, and counts the others.
-        self._corner_count = values.pop("corners_total", self._corner_count + len(trajectory.corners))
+        # A plan hands on so many corners at most, and counts the others; its number may be of corners that are still to come.
+        self._corners_seen += len(trajectory.corners)
+        self._corners_said = values.pop("corners_total", self._corners_said)
         self.remarks.extend(values.pop("diagnostics", ()))
         self._values.update(values)
 
@@ -246,7 +247,7 @@ class Summary:
             "feed_of": "slides" if self._turns_along else "path",
             "feed_over_time_mm_s": self._feeds.feeds_mm_s(),
             "sharp_corners": [self._corner(corner) for corner in self._corners],
-            "sharp_corner_count": self._corner_count,
+            "sharp_corner_count": max(self._corners_seen, self._corners_said),
             "slowest": [
                 {
                     "lost_s": place.lost_s,

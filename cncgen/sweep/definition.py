@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -27,6 +28,8 @@ MOST_JOBS = 100_000_000
 _TOP = ("programs", "machine", "machines", "include", "options", "vary", "draw", "keep", "search")
 #: Trials of a search that are chosen at once.
 _TOGETHER = 4
+#: The largest seed of optuna's samplers, which are numpy's RandomState.
+_LAST_SEED = 2**32 - 1
 _USUAL_FIGURES = ("cycle_time_s",)
 
 
@@ -127,9 +130,10 @@ def sweep_from_toml(content: bytes, name: str, folder: Path) -> SweepDefinition:
         name, text, programs, machines, options, quantities, design, points, seed, figures, search
     )
     if not reader.file.faults.has_errors and definition.size > MOST_JOBS:
-        reader.fault("sweep-value", "draw", f"draw: these are {definition.size} jobs, more than {MOST_JOBS}")
+        path = "search.trials" if search else "draw"
+        reader.fault("sweep-value", path, f"{path}: these are {definition.size} jobs, more than {MOST_JOBS}")
     reader.file.raise_faults()
-    return _with_remarks(definition)
+    return _with_remarks(definition, _unused(reader, options, _stages(figures)))
 
 
 class SweepReader:
@@ -159,19 +163,27 @@ class SweepReader:
         self.fault("sweep-type", key, f"{key}: must be a table, is {toml_value_shown(found)}")
         return {}
 
-    def texts(self, table: Mapping[str, Any], key: str) -> list[str]:
+    def texts(self, table: Mapping[str, Any], key: str, prefix: str = "") -> list[str]:
         """Return a list of texts; one text counts as a list of one."""
+        path = f"{prefix}.{key}" if prefix else key
         found = table.get(key, [])
         found = [found] if isinstance(found, str) else found
         if isinstance(found, list) and all(isinstance(item, str) and item for item in found):
             return found
-        self.fault("sweep-type", key, f"{key}: must be a list of texts, is {toml_value_shown(table[key])}")
+        text = f"{path}: must be a list of texts that are not empty, is {toml_value_shown(table[key])}"
+        self.fault("sweep-type", path, text)
         return []
 
     def integer(
-        self, table: Mapping[str, Any], prefix: str, key: str, low: int, usual: int | None = None
+        self,
+        table: Mapping[str, Any],
+        prefix: str,
+        key: str,
+        low: int,
+        usual: int | None = None,
+        most: int | None = None,
     ) -> int:
-        """Return an integer not below `low`; its fault is noted, and `low` returned."""
+        """Return an integer from `low` to `most`; its fault is noted, and `low` returned."""
         path = f"{prefix}.{key}"
         if key not in table and usual is not None:
             return usual
@@ -182,6 +194,8 @@ class SweepReader:
             self.fault("sweep-type", path, f"{path}: must be an integer, is {toml_value_shown(value)}")
         elif value < low:
             self.fault("sweep-value", path, f"{path}: must not be below {low}, is {value}")
+        elif most is not None and value > most:
+            self.fault("sweep-value", path, f"{path}: must not be above {most}, is {value}")
         else:
             return value
         return low
@@ -189,7 +203,7 @@ class SweepReader:
 
 def _options(reader: SweepReader, table: dict[str, Any]) -> dict[str, Any]:
     """Return ``[options]``; its values are checked with the machines, its files when programs are gathered."""
-    known = (*planning_options(), *READING, *SIMULATING, *CUTTING)
+    known = tuple(dict.fromkeys((*planning_options(), *READING, *SIMULATING, *CUTTING)))
     reader.unknown_keys(table, "options", known)
     for key in FILES:
         if key in table and not isinstance(table[key], str):
@@ -234,16 +248,22 @@ def _draw(
 def _figures(reader: SweepReader, table: dict[str, Any], search: SearchGoal | None) -> tuple[str, ...]:
     """Return the figures that are kept, those of a search among them."""
     reader.unknown_keys(table, "keep", ("figures",))
-    named = reader.texts(table, "figures") if "figures" in table else list(_USUAL_FIGURES)
-    if search:
-        named += [search.minimise, *search.under]
-    for name in dict.fromkeys(named):
-        if stage_of(name) is None:
-            path = "keep.figures" if name in table.get("figures", ()) else "search"
-            reader.fault("sweep-value", path, f"{path}: {name!r} is not a figure", near_figures(name))
-    if not named:
+    named = dict.fromkeys(reader.texts(table, "figures", "keep"), "keep.figures")
+    if "figures" not in table:
+        named = dict.fromkeys(_USUAL_FIGURES, "keep.figures")
+    elif table["figures"] == []:
         reader.fault("sweep-value", "keep.figures", "keep.figures: must name one figure at least, is empty")
-    return tuple(dict.fromkeys(named))
+    if search:
+        goal = {search.minimise: "search.minimise"}
+        named |= {
+            name: path
+            for name, path in (goal | dict.fromkeys(search.under, "search.under")).items()
+            if name not in named
+        }
+    for name, path in named.items():
+        if stage_of(name) is None:
+            reader.fault("sweep-value", path, f"{path}: {name!r} is not a figure", near_figures(name))
+    return tuple(named)
 
 
 def _stages(figures: Sequence[str]) -> set[str]:
@@ -257,9 +277,10 @@ def _search(reader: SweepReader, table: dict[str, Any], quantities: Sequence[Var
     if not isinstance(minimise, str):
         code, what = ("sweep-missing", "missing") if minimise is None else ("sweep-type", "must be a text")
         reader.fault(code, "search.minimise", f"search.minimise: {what}")
-    if not (isinstance(under, dict) and all(map(is_toml_number, under.values()))):
-        text = "search.under: must be a table of upper bounds, { contour_error_max_mm = 0.01 }"
-        reader.fault("sweep-type", "search.under", text)
+    numbers = isinstance(under, dict) and all(map(is_toml_number, under.values()))
+    if not numbers or not all(map(math.isfinite, under.values())):
+        text = f"search.under: must be a table of finite upper bounds, is {toml_value_shown(under)}"
+        reader.fault("sweep-type", "search.under", text, "under = { contour_error_max_mm = 0.01 }")
         under = {}
     for quantity in quantities:
         if len(quantity.columns) > 1 or getattr(quantity, "law", "") == "normal":
@@ -275,15 +296,26 @@ def _search(reader: SweepReader, table: dict[str, Any], quantities: Sequence[Var
     bounds = MappingProxyType({name: float(bound) for name, bound in under.items()})
     trials = reader.integer(table, "search", "trials", 1)
     together = reader.integer(table, "search", "together", 1, _TOGETHER)
-    seed = reader.integer(table, "search", "seed", 0, 0)
+    seed = reader.integer(table, "search", "seed", 0, 0, _LAST_SEED)
     if not isinstance(minimise, str):
         return None
     return SearchGoal(minimise, bounds, trials, together, seed)
 
 
-def _with_remarks(definition: SweepDefinition) -> SweepDefinition:
-    """Return a definition with notes on what its author may not mean."""
-    remarks = []
+def _unused(reader: SweepReader, options: Mapping[str, Any], stages: set[str]) -> list[Diagnostic]:
+    """Return a warning for each option of a stage that no figure asks for."""
+    asked = dict.fromkeys(SIMULATING, "simulate") | dict.fromkeys(CUTTING, "cut")
+    return [
+        replace(reader.file.placed("option-unused", path, text), severity=Severity.WARNING)
+        for key in options
+        if (stage := asked.get(key)) and stage not in stages
+        for path in [f"options.{key}"]
+        for text in [f"{path} changes nothing here: keep.figures has no figure of {stage}"]
+    ]
+
+
+def _with_remarks(definition: SweepDefinition, remarks: list[Diagnostic]) -> SweepDefinition:
+    """Return a definition with remarks, and with notes on what its author may not mean."""
     if definition.design in ("sobol", "saltelli") and not is_power_of_two(definition.points):
         text = f"{definition.name}: {definition.points} points of a Sobol sequence are not balanced"
         near = 1 << (definition.points - 1).bit_length()

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.diagnostics import Diagnostic, NoPlanError, UsageError
+from cncgen.room import MIB, left_of_addresses, room
 from cncgen.sweep.jobs import JobOutcome, Place, SweepJob, code_version, compute_batch, take_bundles
 from cncgen.sweep.results import DrawnDesign, ResultsFolder, RowLayout, kind_of
 from cncgen.sweep.varying import Laid, jobs_of
@@ -29,6 +30,8 @@ WRITE_S = 2.0
 _WRITE_SHARE = 0.01
 #: Batches that wait at each worker, so that none of them waits for the driver.
 _AHEAD = 2
+#: Memory of a job with its place and key: 1530 bytes were measured with two quantities on one machine.
+_JOB_BYTES = 1500
 #: A job among whose batches so many workers died is computed alone; it failed when so many died of it alone.
 _SUSPECT, _GUILTY = 2, 3
 
@@ -82,7 +85,13 @@ def outlook(sweep: SweepDefinition, folder: ResultsFolder | None) -> Outlook:
 
     Raises:
         UsageError: The folder has rows of another sweep, or of another version of cncgen.
+        NoPlanError: So many jobs have no room in memory.
     """
+    most = min(room(), left_of_addresses())
+    if sweep.size * _JOB_BYTES > most:
+        text = f"{sweep.size} jobs take some {sweep.size * _JOB_BYTES / MIB:.0f} MiB to lay out, and the run has {most / MIB:.0f} MiB"
+        hint = "fewer points or levels, or a larger --max-memory"
+        raise NoPlanError(Diagnostic("max-memory", text, hint=hint))
     laid = jobs_of(sweep)
     states = folder.states() if folder else {}
     if folder:

@@ -99,5 +99,9 @@ def machines_of(reader: SweepReader, table: Mapping[str, Any]) -> dict[str, Tabl
         try:
             found[name] = tables_of(load(where))
         except CncgenError as error:
-            reader.file.faults.extend(error.diagnostics)
+            for item in error.diagnostics:
+                if item.span is None:  # the file or profile itself, and no place in it
+                    reader.fault(item.code, key, f"{key}: {item.message}", item.hint)
+                else:
+                    reader.file.faults.add(item)
     return found

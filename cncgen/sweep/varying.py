@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from cncgen.arguments import expect_number, wrong
 from cncgen.diagnostics import CncgenError, RemarkWarning
 from cncgen.machine.reading import TOP_NUMBERS, machine_from_tables
 from cncgen.machine.settings_schema import TABLES
 from cncgen.machine.toml_file import is_toml_number, toml_value_shown
+from cncgen.ranges import CELL_MM
 from cncgen.servo.identified_spread import read_summary, spread_of
 from cncgen.sweep.designs import unit_points
-from cncgen.sweep.figures import SIMULATING, planning_options
+from cncgen.sweep.figures import READING, SIMULATING, planning_options
 from cncgen.sweep.jobs import Place, SweepJob, job_of
 from cncgen.sweep.machine_keys import (
     Tables,
@@ -40,7 +43,9 @@ def quantities_of(reader: SweepReader, table: dict[str, Any]) -> tuple[Varied, .
     for key, value in _flat(table):
         path = f"vary.{key}"
         if not is_option(key) and key.partition(".")[0] not in ("axes", "machine", *TOP_NUMBERS, *TABLES):
-            hint = "keys of machine files (cncgen machines keys), and options: " + ", ".join(_options())
+            near = difflib.get_close_matches(key, _options(), 1)
+            known = f"keys of machine files (cncgen machines keys), and options: {', '.join(_options())}"
+            hint = f"did you mean {near[0]}?" if near else known
             reader.fault("sweep-key", path, f"{path}: neither a key of machine files nor an option", hint)
             continue
         quantity = _levels(reader, path, key, {"list": value}) if isinstance(value, list) else None
@@ -82,10 +87,13 @@ def _quantity(reader: SweepReader, path: str, key: str, table: dict[str, Any]) -
     reader.unknown_keys(table, path, _RANGE_KEYS)
     kinds = [name for name in (*LAWS, "list", "identified") if name in table]
     if len(kinds) != 1:
-        text = f"{path}: must have one of {', '.join((*LAWS, 'list', 'identified'))}"
-        reader.fault("sweep-value", path, f"{text}, has {', '.join(kinds) or 'no such key'}")
+        text = f"{path}: must have one of {', '.join((*LAWS, 'list', 'identified'))}, and one alone"
+        reader.fault("sweep-value", path, f"{text}; has {', '.join(kinds) or 'no such key'}")
         return None
     if kinds[0] == "list":
+        if "count" in table:
+            text = f"{path}.count: a list takes none, since it has its own levels"
+            reader.fault("sweep-value", f"{path}.count", text)
         return _levels(reader, path, key, table)
     if kinds[0] == "identified":
         return _identified(reader, path, key, table)
@@ -177,7 +185,11 @@ def check_on_machines(
     stages: set[str],
 ) -> None:
     """Note what the machines cannot have of the quantities' values, and wrong options."""
-    _check_options(reader, "options", options)
+    refused = [
+        key for key, value in options.items() if not _check_options(reader, f"options.{key}", {key: value})
+    ]
+    if not refused:
+        _check_options(reader, "options", options)
     for quantity in quantities:
         path = f"vary.{quantity.key}"
         for value in () if len(quantity.columns) > 1 else quantity.extremes():
@@ -223,31 +235,66 @@ def _check_tables(reader: SweepReader, path: str, name: str, tables: Tables, hin
     return True
 
 
-def _check_options(reader: SweepReader, path: str, options: Mapping[str, Any]) -> None:
-    """Note options that the stages would refuse."""
-    from cncgen.planner import PlanOptions
-    from cncgen.planner.strategies import FEEDRATES
-    from cncgen.servo.named_schemes import NAMES
-    from cncgen.sweep.figures import READING
-    from cncgen.toolpath.reading import ReadOptions
-
-    known = planning_options()
-    words = {"feedrate": FEEDRATES, "controller": NAMES}
-    for key, allowed in words.items():
-        if key in options and options[key] not in allowed:
-            reader.fault(
-                "sweep-value", path, f"{path}: {key} = {options[key]!r} is not one of {', '.join(allowed)}"
-            )
-    checks = (
-        (PlanOptions, {k: v for k, v in options.items() if k in known}),
-        (ReadOptions, {k: v for k, v in options.items() if k in READING and k != "language"}),
-    )
-    for record, given in checks:
+def _check_options(reader: SweepReader, path: str, options: Mapping[str, Any]) -> bool:
+    """Note options that the stages would refuse; tell whether there are none."""
+    for check in (_check_words, _check_plan, _check_reading, _check_simulation, _check_cutting):
         try:
-            record(**given).check()
+            check(options)
         except CncgenError as error:
             for item in error.diagnostics:
                 reader.fault("sweep-value", path, f"{path}: {item.message}", item.hint)
+            return False
+    return True
+
+
+def _check_words(options: Mapping[str, Any]) -> None:
+    """Raise `UsageError` for a word that is not one of those of its option."""
+    from cncgen.planner.strategies import FEEDRATES
+    from cncgen.servo.named_schemes import NAMES
+
+    words = {"feedrate": FEEDRATES, "controller": NAMES, "language": ("gcode", "stepnc")}
+    for key, allowed in words.items():
+        if key in options and options[key] not in allowed:
+            raise wrong(f"{key} = {options[key]!r} is not one of {', '.join(allowed)}")
+
+
+def _check_plan(options: Mapping[str, Any]) -> None:
+    from cncgen.planner import PlanOptions
+
+    PlanOptions(**{key: value for key, value in options.items() if key in planning_options()}).check()
+
+
+def _check_reading(options: Mapping[str, Any]) -> None:
+    from cncgen.toolpath.reading import ReadOptions
+
+    ReadOptions(**{k: v for k, v in options.items() if k in READING and k != "language"}).check()
+
+
+def _check_simulation(options: Mapping[str, Any]) -> None:
+    from cncgen.pipeline.using import LONGEST_SETTLE_S
+
+    if "settle_s" in options:
+        expect_number(options["settle_s"], "settle_s", high=LONGEST_SETTLE_S)
+
+
+def _check_cutting(options: Mapping[str, Any]) -> None:
+    """Raise `UsageError` for what cutting refuses; a stock that is a file is looked at in the job."""
+    if "cell_mm" in options:
+        expect_number(options["cell_mm"], "cell_mm", *CELL_MM)
+    stock, tools = options.get("stock", ""), options.get("tools", [])
+    if not isinstance(stock, str):
+        raise wrong(f"stock = {stock!r} must be a text, as of --stock of cncgen cut")
+    if stock.partition(":")[0] in ("box", "cylinder"):
+        from cncgen.removal.stock import stock_of_option
+
+        stock_of_option(stock)
+    if not isinstance(tools, list) or not all(isinstance(tool, str) for tool in tools):
+        raise wrong(f"tools = {tools!r} must be a list of texts, as of --tool of cncgen cut")
+    if tools:
+        from cncgen.removal.cutters import cutter_of_option
+
+        for tool in tools:
+            cutter_of_option(tool)
 
 
 def _check_servos(reader: SweepReader, machines: Mapping[str, Tables]) -> None:

@@ -129,6 +129,16 @@ def test_a_tool_without_a_size_is_told():
     assert "*=turn:NOSE,TRAILING" in out.findings[0].hint
 
 
+def test_a_tool_narrower_than_a_cell_is_told_and_not_one_as_wide():
+    """It cut next to nothing, no fault of it was found, and all was said to hold."""
+    removal = run(line(-20, 15, -3), line(20, 15, -3), tool="flat:0.199")
+    (found,) = removal.findings
+    assert (found.code, found.severity, found.values["left_out_feed_mm"]) == ("cut-tool", "error", 48.0)
+    assert "0.199 mm is narrower than a cell of 0.2 mm" in found.message
+    assert not removal.holds
+    assert codes(run(line(-20, 15, -3), line(20, 15, -3), tool="flat:0.2")) != ["cut-tool"]
+
+
 def test_gcode_is_cut_with_the_diameters_of_the_tool_table(tmp_path):
     """T3 of 6 mm, and its length of 50 mm taken off: the tip goes to Z-2."""
     program, table = tmp_path / "p.ngc", tmp_path / "tool.tbl"

@@ -173,6 +173,15 @@ def test_corners_are_counted_beyond_those_that_are_listed(monkeypatch: pytest.Mo
     assert [corner["line"] for corner in found["sharp_corners"]] == [0, 1, 0]
 
 
+def test_corners_that_a_plan_counts_before_it_hands_them_on_are_counted_once() -> None:
+    """Planned windows are handed on in parts: the first part has the number of them all, later ones have none."""
+    summary, trajectory = one_line()
+    corners = tuple(SharpCorner(k, (0.0,), 1.0, Limit.CORNER, 0.0) for k in range(5))
+    first = replace(trajectory, corners=corners[:1], values={"corners_total": 5})
+    found = finished(summary, first, replace(trajectory, corners=corners[1:]))
+    assert found["sharp_corner_count"] == len(found["sharp_corners"]) == 5
+
+
 def test_lengths_of_stretches_add_up_and_the_time_is_that_of_the_last() -> None:
     summary, trajectory = one_line()
     profile = trajectory.profile

@@ -10,14 +10,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cncgen.diagnostics import UsageError
+from cncgen.diagnostics import NoPlanError, UsageError
 from cncgen.sweep.definition import load_sweep
+from cncgen.sweep.driver import outlook
 from cncgen.sweep.machine_keys import value_at
 from cncgen.sweep.varying import job_at, jobs_of
 from tests.sweep.conftest import SWEEP
 
 Write = Callable[[str], Path]
 HEAD = 'programs = ["part.nc"]\nmachine = "xy-table"\n'
+SEARCH = '[vary]\nperiod_s = [1e-3, 2e-3]\n[search]\nminimise = "cycle_time_s"\ntrials = 2\n'.replace(
+    "[search]\n", "[search]\n"
+)
 
 
 def test_files_of_one_name_stay_apart(folder: Path) -> None:
@@ -69,8 +73,8 @@ figures = ["cycletime_s"]
         load_sweep(with_sweep(text))
     found = [(item.code, item.span.line if item.span else 0) for item in raised.value.diagnostics]
     assert found == [
-        ("machine-unknown", 0),
         ("sweep-value", 1),
+        ("machine-unknown", 2),
         ("sweep-key", 3),
         ("sweep-value", 5),
         ("sweep-type", 6),
@@ -103,6 +107,50 @@ def test_values_that_machine_or_planner_refuse_are_named_before_anything_runs(
 ) -> None:
     with pytest.raises(UsageError, match=re.escape(wanted)):
         load_sweep(with_sweep(f"{HEAD}[vary]\n{line}\n"))
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "column", "wanted"),
+    [
+        ('[vary]\n"axes.*.max_jerk_mm_s3" = { log = [0, 1], count = 2 }', 4, 1, "begins above 0"),
+        ("[vary]\naxes . 'x' . \"max_jerk_mm_s3\" = { list = [1e4], count = 2 }", 4, 1, "a list takes none"),
+        ('[options]\neffort = "fast"\nfeedrate = "quick"', 5, 1, "'quick' is not one of"),
+        ("[options]\nsettle_s = nan", 4, 1, "settle_s = nan"),
+        ("[options]\ncell_mm = 1e-12", 4, 1, "not below 1e-06"),
+        ('[options]\ntools = "1=flat:6"', 4, 1, "a list of texts"),
+        ('[options]\nlanguage = "apt"', 4, 1, "gcode, stepnc"),
+        ('[keep]\nfigures = ""', 4, 1, "keep.figures: must be a list"),
+        (f"{SEARCH}seed = 4294967296", 8, 1, "must not be above 4294967295"),
+        (f"{SEARCH}under = {{ contour_error_max_mm = nan }}", 8, 1, "finite upper bounds"),
+        (f"{SEARCH}under = {{ contour_error = 1 }}", 8, 1, "'contour_error' is not a figure"),
+        ("[vary]\nperiod_s = [", 4, 13, "Invalid value"),
+    ],
+)
+def test_a_fault_is_shown_at_its_key(
+    with_sweep: Write, text: str, line: int, column: int, wanted: str
+) -> None:
+    """Keys with a star and options were shown at their table; of a search two faults were internal errors."""
+    with pytest.raises(UsageError, match=re.escape(wanted)) as raised:
+        load_sweep(with_sweep(HEAD + text))
+    (fault,) = raised.value.diagnostics
+    assert fault.span is not None
+    assert (fault.span.line, fault.span.column) == (line, column)
+
+
+def test_an_option_of_a_stage_that_no_figure_asks_for_is_told(with_sweep: Write) -> None:
+    text = f'{HEAD}[options]\nsettle_s = 1\ncell_mm = 1\n[keep]\nfigures = ["axes.x.force_max"]\n'
+    found = load_sweep(with_sweep(text)).remarks
+    assert [(item.code, item.severity, item.span and item.span.line) for item in found] == [
+        ("option-unused", "warning", 5)
+    ]
+
+
+def test_more_jobs_than_the_run_has_memory_for_are_refused_before_they_are_made(with_sweep: Write) -> None:
+    text = f'{HEAD}[vary]\nperiod_s = {{ log = [1e-3, 2e-3] }}\n[draw]\ndesign = "sobol"\npoints = 67108864\n'
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("cncgen.sweep.driver.room", lambda: 1e9)
+        with pytest.raises(NoPlanError, match="67108864 jobs take some 96000 MiB"):
+            outlook(load_sweep(with_sweep(text)), None)
 
 
 def test_a_wildcard_sets_the_key_of_each_axis(with_sweep: Write) -> None:

@@ -17,7 +17,7 @@ from cncgen.geometry.path import Path
 from cncgen.kernels import node_places
 from cncgen.planner.least_time.breakpoints import SHARP, Breakpoints, PathBlock, nearest
 from cncgen.planner.least_time.corners import Corners, corners_of, rows_beside
-from cncgen.planner.least_time.mesh_spacing import TooManyNodesError, TopAt, placed
+from cncgen.planner.least_time.mesh_spacing import MOST, TooManyNodesError, TopAt, placed
 from cncgen.planner.limits.axis_limits import JUMP_SHARE, STEP_TAKES, SWAY_SHARE, AxisLimits, resolution
 from cncgen.planner.limits.speeds import Feeds
 from cncgen.planner.record import Limit
@@ -267,12 +267,17 @@ def _lower_steep(mesh: Mesh, top_at: TopAt) -> None:
 def _too_many(toolpath: Toolpath, path: Path, bounds: AxisLimits, many: TooManyNodesError) -> Diagnostic:
     """Report the row that needs too many nodes."""
     row = int(path.row_of(np.array([many.s]))[0])
+    more = (
+        "A larger --max-memory has room for more"
+        if many.most < MOST
+        else "More memory makes no room for more"
+    )
     return Diagnostic(
         "too-many-nodes",
         f"a plan of this motion and those around needs {many.nodes:,.0f} nodes, and has room for {many.most:,}",
         span=toolpath.span(row),
         hint=f"it takes hours at the limits of some axis, or with chords of setpoints within {bounds.chord_mm:g} mm of the path; are these in mm, "
-        "degrees and s? A larger --max-memory has room for more",
+        f"degrees and s? {more}",
         values={"nodes": many.nodes, "most": many.most},
     )
 

@@ -20,7 +20,7 @@ from cncgen.machine.record import Axis, Machine
 from cncgen.pipeline import plan as plan_program
 from cncgen.pipeline import read_text, sample
 from cncgen.planner import PlanOptions, plan
-from cncgen.planner.least_time import mesh_spacing
+from cncgen.planner.least_time import mesh, mesh_spacing
 from cncgen.planner.least_time.block_planning import blocks
 from cncgen.planner.least_time.breakpoints import PathBlock, breakpoints_of
 from cncgen.planner.least_time.mesh import mesh_of
@@ -180,7 +180,8 @@ def test_more_nodes_than_memory_is_meant_for_are_refused_with_their_line(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     program = read_text("G21 G17 G90 G61 F600\nG1 X1\nG2 X1 Y0 I10 J0\nG1 X0\nM2\n")
-    monkeypatch.setattr(mesh_spacing, "MOST", 50)
+    for module in (mesh_spacing, mesh):
+        monkeypatch.setattr(module, "MOST", 50)
     with pytest.raises(NoPlanError) as told:
         list(plan(program.chunks(), load("generic-mill"), PlanOptions()))
     (fault,) = told.value.diagnostics
@@ -188,6 +189,7 @@ def test_more_nodes_than_memory_is_meant_for_are_refused_with_their_line(
     assert fault.span is not None
     assert fault.span.line == 3
     assert fault.values["nodes"] > 50
+    assert "More memory makes no room" in fault.hint
 
 
 def test_more_nodes_than_the_run_has_memory_for_are_refused_before_it_is_taken(
@@ -203,6 +205,7 @@ def test_more_nodes_than_the_run_has_memory_for_are_refused_before_it_is_taken(
     assert (fault.code, fault.span and fault.span.line) == ("too-many-nodes", 3)
     assert fault.values["most"] == 70
     assert "within 0.001 mm" in fault.hint
+    assert "A larger --max-memory has room" in fault.hint
 
 
 @pytest.mark.parametrize("far", [0.02, 0.05, 0.1])
