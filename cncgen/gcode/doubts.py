@@ -209,6 +209,12 @@ def tell(reporter: Reporter, source: Source, choice: Choice, options: ReadOption
         for _ in range(choice.line - 1):
             offset = source.line_end(offset) + 1
         reporter.report(source, choice.line, offset, error, severity)
+    if source.filled >= 0:
+        begin = source.line_begin(source.filled)
+        message = "bytes NUL or DEL amid a line are passed over, as readers of tapes do"
+        hint = "where a file was damaged, they stand in place of characters: look at the numbers beside them"
+        error = BlockError("tape-fillers", message, column=source.filled - begin + 1, hint=hint)
+        reporter.report(source, source.data[:begin].count(b"\n") + 1, begin, error, Severity.WARNING)
     if not choice.unread:
         for here, doubt in _doubts(source, choice.dialect, options):
             reporter.report(source, here.line, here.offset, doubt, Severity.WARNING)

@@ -50,11 +50,12 @@ class Source:
     Attributes:
         different: The result of `dialects.different`, once it was asked.
         main: That of `main_program.main_behind`, in a tuple.
+        filled: Where in the text the first filler of a tape stood amid a line, and was left out; −1 for none.
     """
 
     def __init__(self, data: bytes | mmap.mmap, name: str) -> None:
         self.name = name
-        self.data = _with_newlines(data)
+        self.data, self.filled = _with_newlines(data)
         self.bytes = memoryview(self.data)
         self.different: tuple[bytes, list[int], list[int]] | None = None
         self.main: tuple[tuple[Cursor, BlockError] | None] | None = None
@@ -160,26 +161,43 @@ def _read(source: BinaryIO, name: str) -> bytes:
         return source.read(_BLOCK)
 
 
-def _with_newlines(data: bytes | mmap.mmap) -> bytes | mmap.mmap:
-    """Return a text of UTF-16 in UTF-8, without marks or what leads, fills and trails a tape, and with newlines where CR alone ends its lines."""
+def _with_newlines(data: bytes | mmap.mmap) -> tuple[bytes | mmap.mmap, int]:
+    """Return a text of UTF-16 in UTF-8, without marks or what leads, fills and trails a tape, and with newlines where CR alone ends its lines;
+    with `Source.filled`.
+    """
+    filled = -1
     if is_wide(data[:WIDE_MARK]):
         data = as_utf8(data[:])
     elif data[:1] + data[-1:] and (data[:1] in _TAPE or data[-1:] in _TAPE):
         text = data[:].strip(_TAPE)
         data = text if text[:1] not in (b"", b"\x7f") else data
     if _is_filled(data[:_HEAD]):
+        filled = _amid_a_line(data[:])
         data = data[:].translate(None, _FILLERS)
     if data[: len(codecs.BOM_UTF8)] == codecs.BOM_UTF8:
         data = data[len(codecs.BOM_UTF8) :]
     if b"\r" in data[:_HEAD] and data.find(b"\n") < 0:
-        return data[:].replace(b"\r", b"\n")
-    return data
+        data = data[:].replace(b"\r", b"\n")
+    return data, filled
 
 
 def _is_filled(head: bytes) -> bool:
     """Tell whether fillers of a tape stand in a text of ASCII; of a code of two or four bytes, they are half of it and more."""
     rest = head.translate(None, _FILLERS)
     return 3 * len(head) < 5 * len(rest) < 5 * len(head) and not rest.translate(None, _TEXT)
+
+
+def _amid_a_line(data: bytes) -> int:
+    """Return where in a text without its fillers the first one is missing that stood amid a line, −1 for none."""
+    begin = 0
+    for line in data.split(b"\n"):
+        text = line.strip(_FILLERS + b" \t\r")
+        left = text.translate(None, _FILLERS)
+        if left != text:
+            first = min(at for at in map(text.find, (b"\0", b"\x7f")) if at >= 0)
+            return begin + line.translate(None, _FILLERS).find(left) + first
+        begin += len(line.translate(None, _FILLERS)) + 1
+    return -1
 
 
 def _mapped(file: BinaryIO) -> bytes | mmap.mmap:

@@ -268,15 +268,20 @@ def test_lines_end_as_any_system_ends_them(begin: bytes, end: bytes, last: bytes
     ("before", "after"), [("\n", "\r\0\0\n"), ("10", "1\x7f0"), ("\n%\n", "\x7f\x7f\n%\n\0\0\0")]
 )
 def test_fillers_of_a_tape_are_passed_over(before: str, after: str, tmp_path: Path, run: Any) -> None:
-    """NUL is a place without a hole, DEL one that was punched out: the text means what it does without them, as file and stream."""
+    """NUL is a place without a hole, DEL one that was punched out: the text means what it does without them, as file and stream.
+
+    Amid a line they may stand in place of a digit that was lost, which is told.
+    """
+    told = ["tape-fillers"] if before == "10" else []
     written = "%\nO1\nG21 G0 X10 Y5\nX20\nM30\n%\n".replace(before, after).encode()
     out = run(written)
-    assert [d.code for d in out.diagnostics] == ["dialect"]
+    assert [d.code for d in out.diagnostics] == ["dialect", *told]
+    assert [(d.span.line, d.span.column) for d in out.diagnostics if d.code in told] == [(3, 10)] * len(told)
     assert out.path.end[:2, :2].tolist() == [[10, 5], [20, 5]]
     (tmp_path / "tape.nc").write_bytes(written)
     found = Diagnostics()
     check(tmp_path / "tape.nc", "tape.nc", ReadOptions(), found)
-    assert [d.code for d in found] == ["dialect"]
+    assert [d.code for d in found] == ["dialect", *told]
 
 
 @pytest.mark.parametrize("dialect", ["auto", "linuxcnc", "sinumerik", "heidenhain"])
