@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import re
 import subprocess
 import sys
@@ -13,7 +14,16 @@ import pytest
 
 import cncgen
 from cncgen.diagnostics import ProgramError, UsageError
-from cncgen.pipeline import canon, judge, language_of, plan_with_summary, read, read_text, report_page
+from cncgen.pipeline import (
+    canon,
+    judge,
+    language_of,
+    plan_with_summary,
+    read,
+    read_text,
+    report_page,
+    variant_of,
+)
 from cncgen.pipeline.file_kinds import other_kind
 from cncgen.planner import PlanOptions
 
@@ -261,10 +271,58 @@ def test_a_language_that_is_told_is_not_guessed() -> None:
     assert read_text(SQUARE, "part.nc", language="stepnc").language == "stepnc"
 
 
-def test_a_page_on_a_program_from_memory_has_no_verdict(tmp_path: Path) -> None:
-    """What can be read again is verified, in the language that it was read in."""
+def test_a_page_has_a_verdict(tmp_path: Path) -> None:
+    """A program is verified in the language that it was read in, and one from memory too."""
     file = tmp_path / "square.stp"
     file.write_text(SQUARE)
-    page = report_page(cncgen.read(file, language="gcode"), "xy-table", language="gcode")
+    page = report_page(cncgen.read(file, language="gcode"), "xy-table")
     assert '"verdict":{"holds":true' in page.html
-    assert '"verdict":null' in report_page(read_text(SQUARE), "xy-table").html
+    assert '"verdict":{"holds":true' in report_page(read_text(SQUARE), "xy-table").html
+
+
+INCREMENTS = "[interpreter]\nleast_increment_mm = 0.001"
+TABLES = '[kinematics]\nmodel = "table-table"\naxes = ["a", "c"]\ncentre_mm = [0.0, 0.0, -150.0]'
+SHORT = "O1\nG21 G90\nG1 X10 F60000\nM30\n"
+TIP = "O1\nG21 G90\nG43.4 H0\nG1 A30. F600.\nG49\nM30\n"
+
+
+@pytest.mark.parametrize(
+    ("table", "text", "end"),
+    [
+        pytest.param(INCREMENTS, SHORT, {"X": 0.01}, id="numbers without a point count increments"),
+        # The table turns the tip by -30 degrees about its axis, 150 mm below: (0, 150 sin 30, 150 cos 30 - 150).
+        pytest.param(TABLES, TIP, {"Y": 75.0, "Z": 150.0 * (3**0.5 / 2 - 1), "A": np.pi / 6}, id="tilting table"),
+    ],
+)
+@pytest.mark.parametrize("from_memory", [True, False])
+def test_a_program_is_read_as_the_machine_has_it(
+    tmp_path: Path, root: Path, table: str, text: str, end: dict[str, float], from_memory: bool
+) -> None:
+    """One that was read for no machine, and planned on another one before, too."""
+    shipped = (root / "cncgen/machine/profiles/generic-mill.toml").read_text()
+    (tmp_path / "own.toml").write_text(shipped.replace("[times]", f"{table}\n\n[times]"))
+    (tmp_path / "part.nc").write_text(text)
+    program = read_text(text, dialect="fanuc") if from_memory else read(tmp_path / "part.nc", dialect="fanuc")
+    if text is SHORT:
+        elsewhere = cncgen.sample(cncgen.plan(program, "generic-mill")).collect()
+        assert elsewhere.position[-1, elsewhere.axes.index("X")] == pytest.approx(10.0)
+    else:
+        with pytest.raises(ProgramError, match="tcp-machine"):
+            list(cncgen.plan(program, "generic-mill"))
+    planned = cncgen.plan(program, tmp_path / "own.toml")
+    found = cncgen.sample(planned).collect()
+    for axis, position in end.items():
+        assert found.position[-1, found.axes.index(axis)] == pytest.approx(position, abs=1e-6)
+    assert judge(found, program, tmp_path / "own.toml").holds
+
+
+def test_a_page_reads_a_program_for_each_machine(tmp_path: Path, root: Path) -> None:
+    """X10 is 10 mm on the one and 0.01 mm on the other; times of one straight motion from rest to rest, J T³ / 32 = X."""
+    shipped = (root / "cncgen/machine/profiles/generic-mill.toml").read_text()
+    (tmp_path / "own.toml").write_text(shipped.replace("[times]", f"{INCREMENTS}\n\n[times]"))
+    variant = variant_of(f"machine={tmp_path / 'own.toml'}")
+    page = report_page(read_text(SHORT, dialect="fanuc"), "generic-mill", compare=[variant])
+    header = re.search(r'<script type="application/json" id="header">(.*?)</script>', page.html, re.S)
+    assert header
+    times = [part["summary"]["motion_time_s"] for part in json.loads(header[1])["parts"]]
+    assert times == pytest.approx([(32 * x / 5e4) ** (1 / 3) for x in (10.0, 0.01)], abs=0.002)

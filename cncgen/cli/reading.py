@@ -249,8 +249,7 @@ def page_of(
     variants = [variant_of(what, how) for what in shown["compare"]]
     stock, tools, cell = shown["stock"], shown["tools"], shown["cell"]
     shown_part = ShownPart(stock, tools, cell) if stock or tools or cell else None
-    with opened(name, reading, tolerance, machine) as program:
-        language, options = read_options(reading, tolerance, machine)
+    with opened(name, reading, tolerance) as program:
         page = report_page(
             program,
             machine,
@@ -259,8 +258,6 @@ def page_of(
             with_why=shown["with_why"],
             reference=wanted,
             shown_part=shown_part,
-            language=language,
-            reading=options,
         )
         messages.show(page.remarks)
     return page.html

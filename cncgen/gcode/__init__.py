@@ -67,6 +67,19 @@ def read(
     Raises:
         UsageError: Where the file cannot be read.
     """
+    text = source if isinstance(source, Source) else open_source(source, name)
+    path = source if isinstance(source, str | os.PathLike) else None
+    return _program(text, path, options, Diagnostics())
+
+
+def _program(
+    text: Source, path: str | os.PathLike[str] | None, options: ReadOptions, diagnostics: Diagnostics
+) -> Program:
+    """Return a text as a program that is read with these options.
+
+    Raises:
+        UsageError: Where the file cannot be read.
+    """
     import numpy as np
 
     from cncgen.gcode.feed_doubts import Clock
@@ -74,9 +87,7 @@ def read(
     from cncgen.gcode.sinks.columns import ColumnsSink
     from cncgen.toolpath.building import ToolpathBuilder
 
-    text = source if isinstance(source, Source) else open_source(source, name)
-    diagnostics = Diagnostics()
-    path = source if isinstance(source, str | os.PathLike) else None
+    name = text.name
     choice = chosen(text, options.dialect)
     moving = _moving_axes(text, choice, path, options)
     axes = "".join(letter for letter in AXIS_LETTERS if letter in "XYZ" or letter in moving)
@@ -124,8 +135,11 @@ def read(
         if builder.count or not handed:
             yield timed(builder.take())
 
-    count, steps, lathe = text.count_lines, options.max_steps, choice.dialect in LATHES
-    return Program(name, "gcode", axes, moving, chunks, diagnostics, count, steps, lathe)
+    def reread(how: ReadOptions) -> Program:
+        return _program(text, path, how, RunDiagnostics(diagnostics))
+
+    lathe = choice.dialect in LATHES
+    return Program(name, "gcode", axes, moving, chunks, diagnostics, options, reread, text.count_lines, lathe)
 
 
 def _unsigned(choice: Choice, options: ReadOptions) -> bool:

@@ -117,7 +117,9 @@ def options_on(machine: Machine, options: ReadOptions | None = None) -> ReadOpti
 
 
 def program_of(program: Program | str | os.PathLike[str], machine: Machine) -> Program:
-    """Return a program; the name of a file is opened, and read as the machine's control would read it.
+    """Return a program as the machine's control would read it; the name of a file is opened.
+
+    A program that was read for no machine, or for another one, is read again where the machine's tables say how (`options_on`).
 
     Raises:
         UsageError: It is neither, or cannot be read.
@@ -129,7 +131,10 @@ def program_of(program: Program | str | os.PathLike[str], machine: Machine) -> P
     found: Program = expect(
         program, Program, "the program", "a program of cncgen.read, or the name of a file"
     )
-    return found
+    options = options_on(machine, found.options)
+    if options == found.options and not found.diagnostics.has_errors:
+        return found
+    return found.reread(options)
 
 
 def plan(
@@ -181,7 +186,7 @@ def asked_for(options: PlanOptions | None, asked: Mapping[str, Any]) -> PlanOpti
 
 def as_read(options: PlanOptions, program: Program) -> PlanOptions:
     """Return options that allow as many steps as those that the program is read with, where they say nothing themselves."""
-    return options if options.max_steps is not None else replace(options, max_steps=program.max_steps)
+    return options if options.max_steps is not None else replace(options, max_steps=program.options.max_steps)
 
 
 def sound_for(program: Program, options: PlanOptions) -> Iterator[Toolpath]:

@@ -275,7 +275,7 @@ def sound(program: Program, most: tuple[int, int] = PLANNED, spindle: float = 1.
         ProgramError: With all that was found; or the program hands on more motions.
     """
     count = last = 0
-    anyway, of_a_line = max(most[0], MOTIONS_OF_A_STEP * (program.max_steps or 0)), most[1]
+    anyway, of_a_line = max(most[0], MOTIONS_OF_A_STEP * (program.options.max_steps or 0)), most[1]
     for chunk in program.chunks(spindle):
         if program.diagnostics.has_errors:
             continue

@@ -14,7 +14,6 @@ from cncgen.pipeline.planning import (
     as_read,
     driven_axes,
     machine_of,
-    options_on,
     output_axes,
     program_of,
     sample,
@@ -22,7 +21,7 @@ from cncgen.pipeline.planning import (
     summary_of,
     trajectories_of,
 )
-from cncgen.pipeline.reading import read, sound
+from cncgen.pipeline.reading import sound
 from cncgen.pipeline.using import simulate, why
 
 if TYPE_CHECKING:
@@ -35,7 +34,6 @@ if TYPE_CHECKING:
     from cncgen.servo.record import Response
     from cncgen.servo.wanted_motion import WantedMotion
     from cncgen.setpoints.record import Setpoints
-    from cncgen.toolpath.reading import ReadOptions
     from cncgen.toolpath.record import Program
     from cncgen.verify import Verdict
 
@@ -226,8 +224,6 @@ def report_page(
     with_why: bool = False,
     reference: WantedMotion | None = None,
     shown_part: ShownPart | None = None,
-    language: str | None = None,
-    reading: ReadOptions | None = None,
     title: str | None = None,
 ) -> Page:
     """Plan a program, simulate and judge the plan, and make the page on it.
@@ -240,11 +236,10 @@ def report_page(
         with_why: The page shows the results of `why`; the program is planned several times for them.
         reference: The motion that was wanted; the axes' contour error is given from it too. The whole response is in memory then.
         shown_part: How the part is cut that the page shows. None: of a STEP-NC file its raw piece is, where the file has one.
-        language, reading: How a file is read the second time, to be judged; as for `read`.
         title: Of the page; None: program and machine.
 
     Returns:
-        The page; ``html`` is a document that needs nothing else. A program from standard input is not judged.
+        The page; ``html`` is a document that needs nothing else.
 
     Raises:
         UsageError, ProgramError, NoPlanError: As `plan`; of `shown_part` as `cncgen.pipeline.removing.cut`. There is a reference,
@@ -253,8 +248,8 @@ def report_page(
     from cncgen.planner.strategies import strategy
     from cncgen.report.page import html
 
-    where = machine_of(machine)
-    program = program_of(program, where)
+    where, asked = machine_of(machine), program
+    program = program_of(asked, where)
     parts, remarks = [], Diagnostics()
     given = (
         [compare] if isinstance(compare, str) else expect(compare, Iterable, "compare", "plans, in a list")
@@ -277,10 +272,10 @@ def report_page(
             parts.append(setpoints[k])
             continue
         how, wanted = variant.options or options, None if parts else reference
-        part, said = _recorded(program, there, how, variant.label, (language, reading), wanted)
+        part, said = _recorded(program_of(asked, there), there, how, variant.label, wanted)
         parts.append(part)
         remarks.extend(said)
-    removal = _cut(program, shown_part, language, options_on(where, reading), where.is_lathe, remarks)
+    removal = _cut(program, shown_part, where.is_lathe, remarks)
     parts[0] = replace(parts[0], removal=removal)
     if with_why:
         _, ranked = why(program, where, options)
@@ -311,7 +306,6 @@ def _recorded(
     machine: Machine,
     options: PlanOptions | None,
     label: str,
-    again: tuple[str | None, ReadOptions | None],
     wanted: WantedMotion | None,
 ) -> tuple[Contents, Diagnostics]:
     """Plan a program; record, simulate and judge the plan while it is computed.
@@ -323,13 +317,13 @@ def _recorded(
     remarks = Diagnostics()
     try:
         run = _Run(program, machine, options, wanted is not None or _has_servos(program, machine), wanted)
-        verdict = run.drawn(again)
+        verdict = run.drawn()
     except UsageError as error:
         if wanted is not None or not all(item.code.startswith("servo-") for item in error.diagnostics):
             raise
         remarks.extend(replace(item, severity=Severity.WARNING) for item in error.diagnostics)
         run = _Run(program, machine, options, with_servos=False)
-        verdict = run.drawn(again)
+        verdict = run.drawn()
     remarks.extend(run.summary.remarks)
     summary, places = {**run.summary.as_json(), **run.against()}, run.summary.places()
     shown = Contents(label, machine, run.recording, summary, places, verdict, for_lathe=program.for_lathe)
@@ -339,8 +333,6 @@ def _recorded(
 def _cut(
     program: Program,
     shown_part: ShownPart | None,
-    language: str | None,
-    reading: ReadOptions | None,
     on_lathe: bool,
     remarks: Diagnostics,
 ) -> Removal | None:
@@ -357,8 +349,8 @@ def _cut(
             stock=how.stock,
             tools=how.tools,
             cell_mm=how.cell_mm,
-            language=language or program.language,
-            options=reading,
+            language=program.language,
+            options=program.options,
             on_lathe=on_lathe,
         )
         # The page has what is wrong with the cut; what is not cut would look like a part that is.
@@ -402,25 +394,21 @@ class _Run:
         stream = sample(Plan(program, machine, watched, how.keeps_limits, how), SIGNALS)
         self._chunks = self.recording.over_setpoints(self.summary.over_setpoints(stream.chunks))
 
-    def drawn(self, again: tuple[str | None, ReadOptions | None]) -> Verdict | None:
-        """Draw the plan to its end; return the verdict on it, or None of a program that cannot be read again."""
+    def drawn(self) -> Verdict | None:
+        """Draw the plan to its end; return the verdict on it, or None of one without setpoints."""
         from cncgen.setpoints.stream import SetpointStream
 
         chunks = self._followed() if self._with_servos else self._chunks
-        name = self._program.name
         head = next(chunks, None)
-        if head is None or not os.path.isfile(name):
-            for _ in chunks:
-                pass
+        if head is None:
             return None
         from itertools import chain
 
         from cncgen.verify import verify
 
-        language, reading = again
-        same = read(name, language=language, options=options_on(self._machine, reading))
-        stream = SetpointStream(name, head.axes, head.period_s, chain((head,), chunks))
-        return verify(stream, sound(same), self._machine, named=same.moving_axes or None)
+        program = self._program
+        stream = SetpointStream(program.name, head.axes, head.period_s, chain((head,), chunks))
+        return verify(stream, sound(program), self._machine, named=program.moving_axes or None)
 
     def _followed(self) -> Iterator[Setpoints]:
         """Yield the setpoints behind the simulation of the servo axes, which the recording watches."""

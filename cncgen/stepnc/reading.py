@@ -6,6 +6,7 @@ import os
 import re
 from collections.abc import Iterator
 from contextlib import nullcontext
+from copy import copy
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -60,11 +61,9 @@ class StepFile:
     def __init__(
         self, source: str | os.PathLike[str] | BinaryIO | bytes, name: str, options: ReadOptions
     ) -> None:
-        self.options = options
         self.diagnostics = Diagnostics()
-        self.exchange = Exchange.load(
-            _bytes_of(source, name), name, self.diagnostics, SHORT_NAMES, supertypes()
-        )
+        self._content = _bytes_of(source, name)
+        self.exchange = Exchange.load(self._content, name, self.diagnostics, SHORT_NAMES, supertypes())
         self.schema = schema_of(self.exchange)
         self.reader: Ap238Reader | Iso14649Reader
         if self.schema == "ap238":
@@ -73,11 +72,23 @@ class StepFile:
         else:
             self.reader = Iso14649Reader(self.exchange)
             check(self.exchange, iso14649_table())
-        leaning = self.reader.needs_rotary() or (self.reader.may_lean() and _leans(self.reader))
-        self.kinematics = RotaryAxes.of(options.kinematics) if leaning else None
+        self._leaning = self.reader.needs_rotary() or (self.reader.may_lean() and _leans(self.reader))
+        self.start = start_of(self.exchange.comments_before)
+        self._read_with(options)
+
+    def _read_with(self, options: ReadOptions) -> None:
+        self.options = options
+        self.kinematics = RotaryAxes.of(options.kinematics) if self._leaning else None
         table = options.tool_table
         self.lengths = None if table is None else read_tool_table(table).lengths(options.inch_tables)
-        self.start = start_of(self.exchange.comments_before)
+
+    def reread(self, name: str, options: ReadOptions) -> StepFile:
+        """Return the file as it is read with other options; after an error, which may be of its options, it is loaded again."""
+        if self.diagnostics.has_errors:
+            return StepFile(self._content, name, options)
+        same = copy(self)
+        same._read_with(options)
+        return same
 
     @property
     def axes(self) -> str:
@@ -219,8 +230,12 @@ def read(
     Raises:
         UsageError: where the file cannot be read.
     """
-    options = options or ReadOptions()
-    file = StepFile(source, name, options)
+    return _program(StepFile(source, name, options or ReadOptions()), name)
+
+
+def _program(file: StepFile, name: str) -> Program:
+    """Return a file as a program."""
+    options = file.options
 
     def chunks(_spindle: float = 1.0) -> Iterator[Toolpath]:
         collector = StepColumns if options.workingsteps else Columns
@@ -230,9 +245,10 @@ def read(
                 yield columns.take()
         yield columns.take()
 
-    return Program(
-        name, "stepnc", file.axes, file.axes, chunks, file.diagnostics, max_steps=options.max_steps
-    )
+    def reread(how: ReadOptions) -> Program:
+        return _program(file.reread(name, how), name)
+
+    return Program(name, "stepnc", file.axes, file.axes, chunks, file.diagnostics, options, reread)
 
 
 def canon(

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from cncgen.geometry.path import Path
     from cncgen.geometry.tables import ArcTable, NurbsTable
+    from cncgen.toolpath.reading import ReadOptions
 
     Floats = NDArray[np.float64]
 
@@ -209,7 +210,8 @@ class Program:
             largest speed (`ReadOptions.fastest_spindle`).
         diagnostics: Filled while reading; of several readings each fault stands there once.
         count_lines: Returns how many lines the text has; 0 where they are not counted.
-        max_steps: Steps that the options of reading allow, None where they say nothing.
+        options: How it is read.
+        reread: Returns the same text as a program that is read with other options; its diagnostics are added to these too.
         for_lathe: Whether it is written in a dialect of lathes.
     """
 
@@ -219,8 +221,9 @@ class Program:
     moving_axes: str
     chunks: Callable[..., Iterator[Toolpath]]
     diagnostics: Diagnostics
+    options: ReadOptions
+    reread: Callable[[ReadOptions], Program]
     count_lines: Callable[[], int] = int
-    max_steps: int | None = None
     for_lathe: bool = False
 
     def __reduce__(self) -> tuple[Any, ...]:

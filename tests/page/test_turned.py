@@ -38,7 +38,7 @@ def test_a_part_is_turned(
 ) -> None:
     (tmp_path / "a.nc").write_text(f"G21 G90 G94\n{text}\nM2\n".replace("G94", "G98" if reading else "G94"))
     how = cncgen.ReadOptions(**reading)
-    page = cncgen.report_page(cncgen.read(tmp_path / "a.nc", options=how), machine, reading=how)
+    page = cncgen.report_page(cncgen.read(tmp_path / "a.nc", options=how), machine)
     header = re.search(r'<script type="application/json" id="header">(.*?)</script>', page.html, re.S)
     assert header
     assert json.loads(header[1])["parts"][0]["turned"] is turned
