@@ -291,7 +291,9 @@ TIP = "O1\nG21 G90\nG43.4 H0\nG1 A30. F600.\nG49\nM30\n"
     [
         pytest.param(INCREMENTS, SHORT, {"X": 0.01}, id="numbers without a point count increments"),
         # The table turns the tip by -30 degrees about its axis, 150 mm below: (0, 150 sin 30, 150 cos 30 - 150).
-        pytest.param(TABLES, TIP, {"Y": 75.0, "Z": 150.0 * (3**0.5 / 2 - 1), "A": np.pi / 6}, id="tilting table"),
+        pytest.param(
+            TABLES, TIP, {"Y": 75.0, "Z": 150.0 * (3**0.5 / 2 - 1), "A": np.pi / 6}, id="tilting table"
+        ),
     ],
 )
 @pytest.mark.parametrize("from_memory", [True, False])

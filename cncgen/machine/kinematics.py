@@ -91,6 +91,20 @@ class Kinematics:
         x, y, z = self._turned(away, self._of_table, angles)
         return c[0] + x, c[1] + y, c[2] + z
 
+    def lever(self, tip: Vector, angles: tuple[float, float], length: float) -> float:
+        """Return how far the tip goes on the workpiece as the rotary axes turn, mm/rad: the root of the sum of the squares over both.
+
+        By each axis it is the distance of what the axis carries from it.
+        """
+        away, arm, squares = _less(tip, self.centre), (0.0, 0.0, length + self.pivot), 0.0
+        for place in reversed(self._of_table):
+            squares += _from_axis(away, self.axes[place]) ** 2
+            away = _turn(away, self.axes[place], -angles[place])
+        for place in self._of_head:
+            squares += _from_axis(arm, self.axes[place]) ** 2
+            arm = _turn(arm, self.axes[place], angles[place])
+        return math.sqrt(squares)
+
     def direction(self, angles: tuple[float, float]) -> Vector:
         """Return the direction from the tool's tip to its spindle, in the coordinates of the table."""
         return self._turned(_SPINDLE, self.turns, angles)
@@ -186,6 +200,12 @@ def _turn(vector: Vector, column: int, degrees: float) -> Vector:
     out = list(vector)
     out[first], out[second] = c * vector[first] - s * vector[second], s * vector[first] + c * vector[second]
     return out[0], out[1], out[2]
+
+
+def _from_axis(vector: Vector, column: int) -> float:
+    """Return the distance from X, Y or Z (columns 3, 4, 5)."""
+    first, second = _PLANES[column - _A]
+    return math.hypot(vector[first], vector[second])
 
 
 def kinematics_of(table: Mapping[str, Any]) -> Kinematics:

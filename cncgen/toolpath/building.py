@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class RowBuilder:
-    """A stretch of rows with one path mode, tolerance and source; see `Toolpath` for shapes and units.
+    """A stretch of rows with one path mode, tolerance, lever and source; see `Toolpath` for shapes and units.
 
     `curve` counts from 0 within `arcs` (ARC rows) and `nurbs` (NURBS rows).
     """
@@ -33,6 +33,7 @@ class RowBuilder:
     source: int
     arcs: ArcTable | None = None
     nurbs: NurbsTable | None = None
+    lever: float = 0.0
 
 
 @dataclass(slots=True)
@@ -148,6 +149,7 @@ class ToolpathBuilder:
             nurbs=join_nurbs([r.nurbs for r in rows if r.nurbs is not None], width),
             events=tuple(self._events),
             sources=tuple(self.sources),
+            lever=spread([r.lever for r in rows], np.float64) if any(r.lever for r in rows) else None,
         )
         self._rows, self._events, self._start, self.count = [], [], None, 0
         return chunk

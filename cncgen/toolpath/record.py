@@ -106,10 +106,12 @@ class Toolpath:
         sources: Names of the files that lines refer to, the program itself first.
         chord_room: Shape (n,), mm: the part of its tolerance that a smoothed row leaves to the chords between setpoints; None where
             nothing is smoothed.
+        lever: Shape (n,), mm/rad: how far the tip of the tool goes as the rotary axes turn, where the program tells the tip's path and they
+            carry it (the root of the sum of the squares over the axes); else 0. None where all are.
         path: The geometry of the rows, measured when it is first asked for.
     """
 
-    #: The columns that have one entry a row, `chord_room` apart.
+    #: The columns that have one entry a row, `chord_room` and `lever` apart.
     COLUMNS: ClassVar = (
         "kind",
         "end",
@@ -138,6 +140,7 @@ class Toolpath:
     events: tuple[Event, ...]
     sources: tuple[str, ...]
     chord_room: Floats | None = None
+    lever: Floats | None = None
     _path: list[Path] = field(default_factory=list, init=False, repr=False)
 
     def __len__(self) -> int:
@@ -174,9 +177,9 @@ class Toolpath:
         return self.tolerance if self.chord_room is None else self.chord_room
 
     def columns(self, rows: slice | NDArray[np.int64]) -> dict[str, Any]:
-        """Return the columns of some rows by name, those of `chord_room` among them where there are any."""
-        found = {name: getattr(self, name)[rows] for name in self.COLUMNS}
-        return found if self.chord_room is None else found | {"chord_room": self.chord_room[rows]}
+        """Return the columns of some rows by name, `chord_room` and `lever` among them where there are any."""
+        optional = [name for name in ("chord_room", "lever") if getattr(self, name) is not None]
+        return {name: getattr(self, name)[rows] for name in (*self.COLUMNS, *optional)}
 
     def span(self, row: int) -> Span:
         """Return the line of the program that a row comes from."""

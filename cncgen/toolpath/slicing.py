@@ -63,6 +63,10 @@ def join(toolpaths: list[Toolpath]) -> Toolpath:
     }
     if any(t.chord_room is not None for t in toolpaths):
         columns["chord_room"] = np.concatenate([t.chord_tolerance for t in toolpaths])
+    if any(t.lever is not None for t in toolpaths):
+        columns["lever"] = np.concatenate(
+            [np.zeros(len(t)) if t.lever is None else t.lever for t in toolpaths]
+        )
     return replace(
         last,
         start=toolpaths[0].start,

@@ -7,6 +7,7 @@ is within `chord_mm` of the curve. Rotary axes count one degree as one millimetr
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
@@ -126,6 +127,9 @@ def _tolerance(toolpath: Toolpath, machine: Machine, tolerance_mm: float | None)
     given = np.where(np.isnan(toolpath.tolerance), machine.path_tolerance_mm, toolpath.tolerance)
     if tolerance_mm is not None:
         given = np.full_like(given, tolerance_mm)
+    if toolpath.lever is not None:
+        # The tolerance is the tip's: a degree of the rotary axes moves it by the lever times pi / 180.
+        given = given / np.sqrt(1.0 + (toolpath.lever * math.pi / 180.0) ** 2)
     continuous = toolpath.path_mode == PathMode.CONTINUOUS
     out = np.maximum(np.where(continuous, given, 0.0), machine.chord_tolerance_mm)
     # An event has no tolerance of its own: a wait is where the motions beside it meet.

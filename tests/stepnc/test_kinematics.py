@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cncgen.diagnostics import UsageError
+from cncgen.machine.kinematics import Kinematics
 from cncgen.stepnc import read
 from cncgen.stepnc.execution.rotary_axes import ALONG, RotaryAxes
 from cncgen.toolpath.reading import ReadOptions
@@ -56,10 +57,37 @@ class Machine:
         turned = about(one, -first) @ about(two, -second) @ (tip - CENTRE)
         return tuple(CENTRE + turned + [0, 0, length])
 
+    def lever(self, tip, angles, length):
+        """The slides' way for a tip that stands equals the tip's for slides that stand: both are the same turn about the same axis."""
+        turned = np.radians(1e-3) * np.eye(2)
+        ways = [
+            np.subtract(
+                self.machine(tip, angles + np.degrees(t), length),
+                self.machine(tip, angles - np.degrees(t), length),
+            )
+            for t in turned
+        ]
+        return np.linalg.norm(ways) / (2.0 * turned[0, 0])
+
 
 def machine_of(turn_tilt, heads):
     """The machine whose axes turn and tilt so: in a head the turning axis carries the other, in a table it is carried."""
     return Machine(turn_tilt if heads == 2 else turn_tilt[::-1], heads)
+
+
+@pytest.mark.parametrize("heads", [0, 1, 2])
+@pytest.mark.parametrize("pair", PAIRS)
+@given(
+    tip=st.tuples(*[st.floats(-300.0, 300.0)] * 3),
+    angles=st.tuples(*[st.floats(-200.0, 200.0)] * 2),
+    length=st.floats(0.0, 200.0),
+)
+def test_the_lever_of_the_tip(pair, heads, tip, angles, length):
+    machine = machine_of(pair, heads)
+    ours = Kinematics(heads, machine.axes, tuple(CENTRE), PIVOT)
+    assert ours.lever(tip, angles, length) == pytest.approx(
+        machine.lever(tip, np.array(angles), length), rel=1e-5, abs=1e-5
+    )
 
 
 @pytest.mark.parametrize("heads", [0, 1, 2])

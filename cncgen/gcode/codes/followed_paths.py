@@ -17,6 +17,8 @@ from cncgen.ranges import FEEDS
 Path = Callable[[float], Point]
 #: A path is looked at in steps of at most this turn of an arc or a rotary axis, degrees.
 LOOK_DEGREES = 10.0
+#: Steps of levers from one to its double.
+_STEPS = 32
 #: The largest of inverse times (`cncgen.ranges.FEEDS`, which are by the second).
 _MOST_A_MINUTE = 60.0 * FEEDS[1]
 
@@ -36,6 +38,7 @@ class FollowedSink(PassingSink):
         super().__init__(inner)
         self.ip, self.name = ip, name
         self._at = ip.state.position.copy()
+        self._last_lever = 0.0
         self._rate = 0.0
 
     def _check(self, block: Block) -> None:
@@ -82,6 +85,17 @@ class FollowedSink(PassingSink):
         """Return the axes for a point of the part."""
         raise NotImplementedError
 
+    def lever(self, point: Point) -> float:
+        """Return how far the tip goes as the rotary axes turn, in length units a radian, at a point of the part."""
+        raise NotImplementedError
+
+    def _carry(self, point: Point) -> None:
+        """Tell the lever of a line from the last point to this one: that of the end where it is longer."""
+        before, self._last_lever = self._last_lever, self.lever(point)
+        longer = max(before, self._last_lever)
+        # In steps, so that motions are handed on together.
+        self.inner.set_lever(math.exp2(math.ceil(_STEPS * math.log2(longer)) / _STEPS) if longer else 0.0)
+
     def _led(self, point: Point) -> Point:
         """Return the axes for a point of the part, and stand there."""
         self._at = list(point)
@@ -92,6 +106,8 @@ class FollowedSink(PassingSink):
 
     def straight_traverse(self, end: Point) -> None:
         """Traverse, each axis to its place."""
+        self._last_lever = self.lever(self._at)
+        self._carry(end)
         self.inner.straight_traverse(self._led(end))
 
     def _rate_of(self, path: Path, length: float) -> float:
@@ -110,7 +126,9 @@ class FollowedSink(PassingSink):
         if timed and rate:
             self.inner.set_feed_mode(93, synched=False)
         done, before = 0.0, self.shown(path(0.0))
+        self._last_lever = self.lever(path(0.0))
         for t, point in self._pieces(path, before, sweep):
+            self._carry(path(t))
             if rate:
                 # Of a way of rounding alone, next to no time is left.
                 share = min(rate / (t - done), _MOST_A_MINUTE)

@@ -28,6 +28,8 @@ _X, _Y = 0, 1
 #: How far lines of the axes may be from the path, mm, and halvings of a step until they are.
 _TOLERANCE_MM = 0.001
 _MAX_DEPTH = 20
+#: Turn of the rotary axis by which the lever is found, degrees.
+_TURN = 0.1
 #: Codes with a sense of turning and the ones of the other sense: on the cylinder of G18 the second axis of the plane comes first here.
 _TURNED = {20: 30, 30: 20, 410: 420, 420: 410}
 _OWN_Y = re.compile(rb"Y[-+.\d#\[]")
@@ -73,6 +75,13 @@ class RotarySink(FollowedSink):
     def shown(self, point: Point) -> Point:
         """Return the axes for a point of the part, the rotary one next to where it stands."""
         return self._shown(point, self._angle)
+
+    def lever(self, point: Point) -> float:
+        """Return how far the tip goes as the rotary axis turns, in length units a radian, at a point of the part."""
+        axes = self.shown(point)
+        turned = [*axes]
+        turned[self.rotary] += _TURN
+        return math.dist(self._seen(axes)[:3], self._seen(turned)[:3]) / math.radians(_TURN)
 
     def _led(self, point: Point) -> Point:
         """Return the axes for a point of the part, and stand there."""
@@ -172,6 +181,7 @@ def _end(ip: Interpreter, name: str) -> None:
     if not isinstance(sink, RotarySink):
         return
     ip.state.position = sink.axes()
+    sink.inner.set_lever(0.0)
     ip.sink, ip.rewrite = sink.inner, None
     ip.state.plane = sink.plane_before
     ip.sink.select_plane(sink.plane_before)

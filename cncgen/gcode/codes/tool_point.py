@@ -63,6 +63,14 @@ class ToolPointSink(FollowedSink):
         )
         return to_program([x / unit, y / unit, z / unit, *machine[3:]], origin, rotation, g92, zeros())
 
+    def lever(self, point: Point) -> float:
+        """Return how far the tip goes as the rotary axes turn, in length units a radian, where it stands at `point`."""
+        origin, rotation, g92, offset = self.ip.state.offsets()
+        unit = self.ip.state.unit_mm
+        tip = to_machine(point, origin, rotation, g92, zeros())
+        place = tip[0] * unit, tip[1] * unit, tip[2] * unit
+        return self.kinematics.lever(place, self._angles(tip), offset[2] * unit) / unit
+
     def _angles(self, machine: Point) -> tuple[float, float]:
         outer, inner = self.kinematics.axes
         return machine[outer], machine[inner]
@@ -202,6 +210,7 @@ def turn_off(ip: Interpreter) -> None:
     if not isinstance(tool, ToolPointSink):
         return
     place = tool.shown(ip.to_work(ip.state.position))
+    tool.inner.set_lever(0.0)
     if framed:
         framed.inner = tool.inner
     else:

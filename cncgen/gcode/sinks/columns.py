@@ -81,6 +81,7 @@ class ColumnsSink:
         self._forced_tolerance = tolerance_mm
         self._path_mode = PathMode.CONTINUOUS
         self._tolerance = math.nan if tolerance_mm is None else tolerance_mm
+        self._lever = 0.0
         self._feed_mode = 94
         self._feed = 0.0
         self._speed = 0.0
@@ -210,6 +211,7 @@ class ColumnsSink:
                 line=np.array([self.block.line], np.int64),
                 path_mode=self._path_mode,
                 tolerance=self._tolerance,
+                lever=self._lever,
                 source=self.block.source,
                 nurbs=table,
             )
@@ -249,6 +251,7 @@ class ColumnsSink:
                 line=batch.line,
                 path_mode=self._path_mode,
                 tolerance=self._tolerance,
+                lever=self._lever,
                 source=batch.source,
                 arcs=table,
             )
@@ -415,6 +418,11 @@ class ColumnsSink:
         self._path_mode = mode
         if self._forced_tolerance is None:
             self._tolerance = math.nan if tolerance is None else tolerance * self._scale
+
+    def set_lever(self, lever: float) -> None:
+        if lever * self._scale != self._lever:
+            self.flush()
+            self._lever = lever * self._scale
 
     def set_g5x_offset(self, system: int, offset: Point) -> None:
         self.flush()

@@ -160,7 +160,7 @@ class CountingSink:
         self.far = self.far or not (tolerance or 0.0) <= _WIDE
 
     place = use_tool_length_offset = set_g92_offset = _reach
-    use_length_units = select_plane = set_inverse_time = set_surface_speed = _nothing
+    use_length_units = select_plane = set_inverse_time = set_surface_speed = set_lever = _nothing
     set_feed_mode = set_spindle = _nothing
 
 

@@ -119,7 +119,7 @@ class PrintingSink:
     def _nothing(self, *told: float | Point | None) -> None:
         """Print nothing: other calls print it."""
 
-    synchronise = set_spindle = set_surface_speed = place = _nothing
+    synchronise = set_spindle = set_surface_speed = set_lever = place = _nothing
 
     def nurbs_feed(self, curve: Curve) -> None:
         """Print NURBS_FEED, of which the peer prints the number of control points alone."""

@@ -151,6 +151,9 @@ class Sink(Protocol):
     def set_motion_control_mode(self, mode: PathMode, tolerance: float | None, naive: float | None) -> None:
         """Set how close the motion stays to the path; `tolerance` in length units, None where not given."""
 
+    def set_lever(self, lever: float) -> None:
+        """Tell how far the tip goes as rotary axes turn that carry it, in length units a radian (`Toolpath.lever`). Prints nothing."""
+
     def set_g5x_offset(self, system: int, offset: Point) -> None:
         """Set the origin of the work coordinate system (1 to 9)."""
 

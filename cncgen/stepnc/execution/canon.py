@@ -39,6 +39,9 @@ class Canon:
     def begin(self, position: Floats) -> None:
         """Begin at a position, shape (axes,)."""
 
+    def lever(self, lever: float) -> None:
+        """Say how far the tip goes as rotary axes turn that carry it, mm/rad, from now on (`Toolpath.lever`)."""
+
     def change_tool(self, tool: CuttingTool) -> None:
         """Change the tool; spindle and coolant are off."""
 

@@ -62,6 +62,7 @@ class Columns(Canon):
         self._line_of = line_of
         self._usual = self._tolerance = math.nan if tolerance is None else tolerance
         self._mode = PathMode.CONTINUOUS
+        self._lever = 0.0
         self._line = 0
         self._feed = math.nan
         self._direction = 0
@@ -131,6 +132,12 @@ class Columns(Canon):
             self._flush()
             self._mode, self._tolerance = mode, tolerance
 
+    def lever(self, lever: float) -> None:
+        """Take this lever, mm/rad, from now on."""
+        if lever != self._lever:
+            self._flush()
+            self._lever = lever
+
     def traverse(self, points: Floats) -> None:
         """Add rapid lines."""
         self._straight(points, True)
@@ -162,6 +169,7 @@ class Columns(Canon):
                 line=np.repeat(np.array(line, np.int64), counts),
                 path_mode=self._mode,
                 tolerance=self._tolerance,
+                lever=self._lever,
                 source=0,
             )
         )
@@ -180,6 +188,7 @@ class Columns(Canon):
                 line=np.array([self._line], np.int64),
                 path_mode=self._mode,
                 tolerance=self._tolerance,
+                lever=self._lever,
                 source=0,
                 arcs=arcs,
                 nurbs=nurbs,

@@ -64,8 +64,16 @@ class MachineState:
         """Return the positions of all axes for tips, the rotary ones as they stand."""
         if self.kinematics is None:
             return points
+        self._carry(self.kinematics, points, np.tile(self.angles, (len(points), 1)))
         seen = apply(self.kinematics.frame(self.angles, self._length), points)
         return np.concatenate([seen, np.tile(self.angles, (len(points), 1))], axis=1)
+
+    def _carry(self, kinematics: RotaryAxes, points: Floats, angles: Floats, beside: float = 0.0) -> None:
+        """Tell the longest lever of tips, shape (n, 3), at angles, shape (n, 2), and of places `beside` them, mm."""
+        if kinematics.mechanism is not None:
+            pairs = zip(points, angles.tolist(), strict=True)
+            longest = max(kinematics.lever(p, (a, b), self._length) for p, (a, b) in pairs)
+            self.canon.lever(longest + beside * math.sqrt(2.0))
 
     @property
     def rpm(self) -> float:
@@ -137,7 +145,9 @@ class MachineState:
             count = math.ceil(max(abs(w - a) for w, a in zip(wanted, self.angles, strict=True)) / AXIS_STEP)
         angles = np.linspace(self.angles, wanted, count + 1)[1:]
         self.angles = wanted
-        slides = self._slides(self.kinematics, np.tile(self.position, (count, 1)), angles)
+        tips = np.tile(self.position, (count, 1))
+        self._carry(self.kinematics, tips, angles)
+        slides = self._slides(self.kinematics, tips, angles)
         self.canon.traverse(np.concatenate([slides, angles], axis=1))
 
     def traverse(self, point: Floats) -> None:
@@ -204,6 +214,7 @@ class MachineState:
                 break
             points, axes = with_axes(points, axes, counts)
             angles = kinematics.angles_along(axes, self.angles)
+        self._carry(kinematics, points, angles)
         self.swing = max(self.swing, kinematics.swing(axes, angles))
         rows = np.concatenate([self._slides(kinematics, points, angles), angles], axis=1)
         if rapid or kinematics.mechanism is None or not self.feed:
@@ -259,6 +270,9 @@ class MachineState:
 
     def _follow_arc(self, arc: Arc, rapid: bool) -> None:
         end, self.position = self._full(arc.end), arc.end
+        if self.kinematics is not None:
+            radius = float(elementary.length(arc.end - arc.centre))
+            self._carry(self.kinematics, arc.end[None, :], np.array([self.angles]), 2.0 * radius)
         arc = self._seen(arc)
         aligned = np.count_nonzero(np.abs(arc.normal) > 1e-12) == 1
         flat = abs(float(elementary.product(arc.end - arc.start, arc.normal))) < 1e-9

@@ -151,12 +151,21 @@ class RotaryAxes:
         """
         if self.mechanism is None:
             return tip
+        x, y, z = self.mechanism.machine(*self._place(tip, angles), length)
+        return np.array([x, y, z - length])
+
+    def lever(self, tip: Floats, angles: Angles, length: float) -> float:
+        """Return how far the tip goes as the rotary axes turn, mm/rad; see `Kinematics.lever`. 0 where X Y Z stay the tip."""
+        if self.mechanism is None:
+            return 0.0
+        return self.mechanism.lever(*self._place(tip, angles), length)
+
+    def _place(self, tip: Floats, angles: Angles) -> tuple[tuple[float, float, float], Angles]:
+        """Return tip and angles as the mechanism has them, in mm and degrees."""
+        assert self.mechanism is not None
         first, second = ("ABC"[column - 3] for column in self.mechanism.axes)
         degrees = dict(zip(self.letters, map(math.degrees, angles), strict=True))
-        x, y, z = self.mechanism.machine(
-            (float(tip[0]), float(tip[1]), float(tip[2])), (degrees[first], degrees[second]), length
-        )
-        return np.array([x, y, z - length])
+        return (float(tip[0]), float(tip[1]), float(tip[2])), (degrees[first], degrees[second])
 
     def frame(self, angles: Angles, length: float) -> Matrix:
         """Return the frame in which the slides see the workpiece at fixed angles, shape (4, 4)."""
