@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -70,6 +71,13 @@ def test_lines_stay_within_the_tolerance_and_take_the_tips_time(run: Any) -> Non
     chord = np.hypot(*np.diff(np.vstack([[10.0, 0.0], points]), axis=0).T)
     assert np.all(10.0 - np.sqrt(100.0 - chord**2 / 4) <= TABLES.tolerance * 1.01)
     assert np.sum(1.0 / out.path.feed[rows]) == pytest.approx(60.0)
+
+
+@pytest.mark.parametrize(("degrees", "lines"), [(0.5, 1), (2.0, 4)])
+def test_a_turn_is_as_many_lines_as_it_bends(run: Any, degrees: float, lines: int) -> None:
+    """Of a tip 100 mm from A, R T² / 8 is 1 µm for half a degree, and 15 µm for two, so 1 µm for a fourth of them."""
+    out = machine(run, f"G1 X10.1 A{degrees} F90", replace(TABLES, tolerance=0.002))
+    assert np.count_nonzero((out.path.kind == 0) & (out.path.feed_mode == 1)) == lines
 
 
 def test_an_arc_of_the_tip(run: Any) -> None:

@@ -88,13 +88,30 @@ class ToolPointSink(FollowedSink):
 
     def _pieces(self, path: Path, begin: Point, sweep: float) -> Iterator[tuple[float, Point]]:
         """Yield place on the path (0 to 1) and program coordinates of the machine's lines' ends."""
-        turn = max([sweep, *(abs(a - b) for a, b in zip(path(0.0)[3:6], path(1.0)[3:6], strict=True))])
-        count = max(_LOOK_PARTS, math.ceil(turn / LOOK_DEGREES)) if turn else 1
+        start, end = path(0.0), path(1.0)
+        turns = [abs(a - b) for a, b in zip(start[3:6], end[3:6], strict=True)]
+        turn = max(sweep, *turns)
+        count = 1
+        if turn and (sweep or self._bulge(math.dist(start[:3], end[:3]), math.radians(sum(turns)))):
+            count = max(_LOOK_PARTS, math.ceil(turn / LOOK_DEGREES))
         self.ip.budget.spend(MOTION * count)
         for k in range(1, count + 1):
             after = self.shown(path(k / count))
+            if count == 1:
+                yield 1.0, after
+                return
             yield from self._halved(path, (k - 1) / count, begin, k / count, after, _MAX_DEPTH)
             begin = after
+
+    def _bulge(self, way: float, turn: float) -> bool:
+        """Tell whether a line of the axes may leave the tip's line, which is `way` long, by more than the tolerance in a turn, rad.
+
+        With R the lever, D the way and T the turn of both axes the second derivative of the axes over the line is R T² + 2 D T at most.
+        The lever is that of the line's start, and grows by the way at most for each axis.
+        """
+        lever = self._last_lever + math.sqrt(2.0) * way
+        off = (lever * turn**2 + 2.0 * way * turn) / 8.0
+        return off * self.ip.state.unit_mm > self.kinematics.tolerance
 
     def _halved(
         self, path: Path, begin: float, before: Point, end: float, after: Point, depth: int
