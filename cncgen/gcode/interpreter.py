@@ -17,7 +17,7 @@ from cncgen.gcode.block_plans import G53, BlockPlans
 from cncgen.gcode.budget import Budget
 from cncgen.gcode.codes.table import LATHES, Handler, language_of
 from cncgen.gcode.errors import BlockError
-from cncgen.gcode.sinks.sink import Sink
+from cncgen.gcode.sinks.sink import PassingSink, Sink
 from cncgen.gcode.state.modal import NO_MOTION, PLAIN_MOTIONS, State, to_machine, to_program
 from cncgen.gcode.state.parameters import (
     G92,
@@ -234,13 +234,18 @@ class Interpreter:
             and not state.driven
             and (state.feed_mode != 95 or (state.speed > 0.0 and state.direction != 0))
             and self.guard is None
-            and self.sink is self.base
+            and (self.sink is self.base or self._passes_batches)
             and state.polar is None
             and not self.skipping
             and not self.modal_macros
             # A printed rate in inverse time depends on the motion's length.
             and not (state.feed_mode == 93 and self.sink.wants_comments)
         )
+
+    @property
+    def _passes_batches(self) -> bool:
+        """Whether the sink before the base takes runs of motions, as their words have them."""
+        return isinstance(self.sink, PassingSink) and self.sink.takes_batches and self.rewrite is None
 
     def end_point(self, block: Block) -> list[float]:
         """Return where the block's axis words lead, in program coordinates."""

@@ -48,6 +48,8 @@ _TINY = 1e-9
 class Kinematics:
     """Lengths in mm.
 
+    `machine`, `tip`, `lever` and `reach` take points and angles one at a time, or each coordinate as an array, for as many.
+
     Attributes:
         heads: How many of the rotary axes carry the tool; the others carry the table.
         axes: Columns of the rotary axes (3 is A), the carrying axis first; of one in the head and one in the table, the head's first.
@@ -98,12 +100,18 @@ class Kinematics:
         """
         away, arm, squares = _less(tip, self.centre), (0.0, 0.0, length + self.pivot), 0.0
         for place in reversed(self._of_table):
-            squares += _from_axis(away, self.axes[place]) ** 2
+            squares += _beside_axis(away, self.axes[place])
             away = _turn(away, self.axes[place], -angles[place])
         for place in self._of_head:
-            squares += _from_axis(arm, self.axes[place]) ** 2
+            squares += _beside_axis(arm, self.axes[place])
             arm = _turn(arm, self.axes[place], angles[place])
-        return math.sqrt(squares)
+        return squares**0.5
+
+    def reach(self, tip: Vector, length: float) -> float:
+        """Return what the lever is at most, at any angles, mm/rad; it bounds the second derivative too (`ToolPointSink.counts`)."""
+        x, y, z = _less(tip, self.centre)
+        squares = len(self._of_table) * (x * x + y * y + z * z)
+        return (squares + len(self._of_head) * (length + self.pivot) ** 2) ** 0.5
 
     def direction(self, angles: tuple[float, float]) -> Vector:
         """Return the direction from the tool's tip to its spindle, in the coordinates of the table."""
@@ -195,17 +203,22 @@ def _less(a: Vector, b: Vector) -> Vector:
 
 def _turn(vector: Vector, column: int, degrees: float) -> Vector:
     """Turn a vector about X, Y or Z (columns 3, 4, 5)."""
-    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    if isinstance(degrees, float | int):
+        c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    else:
+        import numpy as np
+
+        c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     first, second = _PLANES[column - _A]
     out = list(vector)
     out[first], out[second] = c * vector[first] - s * vector[second], s * vector[first] + c * vector[second]
     return out[0], out[1], out[2]
 
 
-def _from_axis(vector: Vector, column: int) -> float:
-    """Return the distance from X, Y or Z (columns 3, 4, 5)."""
+def _beside_axis(vector: Vector, column: int) -> float:
+    """Return the square of the distance from X, Y or Z (columns 3, 4, 5)."""
     first, second = _PLANES[column - _A]
-    return math.hypot(vector[first], vector[second])
+    return vector[first] * vector[first] + vector[second] * vector[second]
 
 
 def kinematics_of(table: Mapping[str, Any]) -> Kinematics:

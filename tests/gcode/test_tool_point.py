@@ -234,3 +234,43 @@ def test_the_table_of_the_machine() -> None:
         kinematics_of({"model": "delta", "axes": ["a", "a"], "centre_mm": [1], "pivot_mm": -1, "colour": 1})
     keys = [d.message.split(":")[0].removeprefix("kinematics.") for d in caught.value.diagnostics]
     assert keys == ["colour", "model", "axes", "centre_mm", "pivot_mm"]
+
+
+ROWS = st.lists(
+    st.tuples(
+        st.sampled_from(["G1", "G1", "G1", "G0", "G3"]),
+        *[st.floats(-20.0, 20.0).map(lambda x: round(x, 2))] * 3,
+        *[st.floats(-9.0, 9.0).map(lambda x: round(x, 2))] * 2,
+        st.sampled_from([100, 1000]),
+    ),
+    min_size=1,
+    max_size=12,
+)
+
+
+@pytest.mark.parametrize("kinematics", [TABLES, HEADS, MIXED])
+@pytest.mark.parametrize("modes", ["G94", "G93", "G91"])
+@given(rows=ROWS)
+def test_runs_of_motions_are_what_their_motions_are_alone(
+    run: Any, kinematics: Kinematics, modes: str, rows: Any
+) -> None:
+    """A number in brackets keeps a line out of the lane of plain lines."""
+
+    def text(number: str) -> str:
+        def line(row: Any) -> str:
+            code, x, y, z, a, b, feed = row
+            first, second = ("XYZABC"[k] for k in kinematics.axes)
+            if code == "G3":
+                return f"G3 I{number.format(x or 1.0)} Z{z} {first}{a} {second}{b} F{feed}"
+            return f"{code} X{number.format(x)} Y{y} Z{z} {first}{a} {second}{b} F{feed}"
+
+        return f"{modes}\n" + "\n".join(map(line, rows))
+
+    plain, slow = machine(run, text("{}"), kinematics), machine(run, text("[{}]"), kinematics)
+    np.testing.assert_array_equal(plain.path.kind, slow.path.kind)
+    np.testing.assert_allclose(plain.path.end, slow.path.end, atol=1e-9)
+    np.testing.assert_allclose(plain.path.feed, slow.path.feed, rtol=1e-9)
+    np.testing.assert_array_equal(plain.path.feed_mode, slow.path.feed_mode)
+    np.testing.assert_array_equal(plain.path.line, slow.path.line)
+    assert plain.path.lever is not None
+    np.testing.assert_allclose(plain.path.lever, slow.path.lever, rtol=1e-9)

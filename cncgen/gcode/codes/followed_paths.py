@@ -17,10 +17,10 @@ from cncgen.ranges import FEEDS
 Path = Callable[[float], Point]
 #: A path is looked at in steps of at most this turn of an arc or a rotary axis, degrees.
 LOOK_DEGREES = 10.0
-#: Steps of levers from one to its double.
-_STEPS = 32
+#: Steps of levers from one to its double, so that many motions have the same and are handed on together.
+LEVER_STEPS = 32
 #: The largest of inverse times (`cncgen.ranges.FEEDS`, which are by the second).
-_MOST_A_MINUTE = 60.0 * FEEDS[1]
+MOST_A_MINUTE = 60.0 * FEEDS[1]
 
 
 class FollowedSink(PassingSink):
@@ -93,8 +93,9 @@ class FollowedSink(PassingSink):
         """Tell the lever of a line from the last point to this one: that of the end where it is longer."""
         before, self._last_lever = self._last_lever, self.lever(point)
         longer = max(before, self._last_lever)
-        # In steps, so that motions are handed on together.
-        self.inner.set_lever(math.exp2(math.ceil(_STEPS * math.log2(longer)) / _STEPS) if longer else 0.0)
+        self.inner.set_lever(
+            2.0 ** (math.ceil(LEVER_STEPS * math.log2(longer)) / LEVER_STEPS) if longer else 0.0
+        )
 
     def _led(self, point: Point) -> Point:
         """Return the axes for a point of the part, and stand there."""
@@ -114,7 +115,7 @@ class FollowedSink(PassingSink):
         """Return how often a minute the motion could be made at F."""
         raise NotImplementedError
 
-    def _pieces(self, path: Path, begin: Point, sweep: float) -> Iterator[tuple[float, Point]]:
+    def _pieces(self, path: Path, begin: Point, length: float, sweep: float) -> Iterator[tuple[float, Point]]:
         """Yield place on the path (0 to 1) and axes of the ends of lines; an arc has a sweep in degrees, else it is 0."""
         raise NotImplementedError
 
@@ -127,11 +128,11 @@ class FollowedSink(PassingSink):
             self.inner.set_feed_mode(93, synched=False)
         done, before = 0.0, self.shown(path(0.0))
         self._last_lever = self.lever(path(0.0))
-        for t, point in self._pieces(path, before, sweep):
+        for t, point in self._pieces(path, before, length, sweep):
             self._carry(path(t))
             if rate:
                 # Of a way of rounding alone, next to no time is left.
-                share = min(rate / (t - done), _MOST_A_MINUTE)
+                share = min(rate / (t - done), MOST_A_MINUTE)
                 self.inner.set_inverse_time(share, math.dist(point[:3], before[:3]))
             self.inner.straight_feed(point)
             done, before = t, point

@@ -94,7 +94,7 @@ class RotarySink(FollowedSink):
         state = self.ip.state
         return state.feed * (state.speed if state.feed_mode == 95 else 1.0) / length if length else 0.0
 
-    def _pieces(self, path: Path, begin: Point, sweep: float) -> Iterator[tuple[float, Point]]:
+    def _pieces(self, path: Path, begin: Point, length: float, sweep: float) -> Iterator[tuple[float, Point]]:
         """Yield place on the path (0 to 1) and program coordinates of the ends of the axes' lines."""
         done, count = 0.0, max(1, math.ceil(sweep / LOOK_DEGREES))
         for k in range(1, count + 1):

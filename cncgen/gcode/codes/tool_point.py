@@ -7,6 +7,7 @@ workpiece, so each line has a time of its own, and is passed on in inverse time.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from functools import partial
@@ -15,21 +16,22 @@ from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.budget import MOTION
 from cncgen.gcode.codes import carried_planes
 from cncgen.gcode.codes.affine import AffineSink, FramedSink, applied
-from cncgen.gcode.codes.followed_paths import LOOK_DEGREES, FollowedSink, Path
+from cncgen.gcode.codes.followed_paths import LEVER_STEPS, MOST_A_MINUTE, FollowedSink, Path
 from cncgen.gcode.codes.table import OF_FANUC, ROTARY_PATH, TOOL_POINT, Code
 from cncgen.gcode.codes.tools import number_in_force, table_offset, take_length
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.sinks.sink import Point, Sink
+from cncgen.gcode.sinks.sink import MotionBatch, Point, Sink
 from cncgen.gcode.state.modal import PLAIN_MOTIONS, Stage, to_machine, to_program, zeros
-from cncgen.machine.kinematics import Kinematics
+from cncgen.gcode.text.labels import Cursor
+from cncgen.gcode.text.lanes import empty_block
+from cncgen.machine.kinematics import Kinematics, Vector
 from cncgen.records import replace
 
-#: A path is looked at in at least so many parts.
-_LOOK_PARTS = 2
+_LINEAR, _ROTARY, _SECOND = (0, 1, 2), (3, 4, 5), (6, 7, 8)
+#: The least lever, in length units a radian, of a run of motions.
+_STUB = 1e-6
 _DIRECTIONS = 435
-#: Halvings of such a step.
-_MAX_DEPTH = 12
 
 
 class ToolPointSink(FollowedSink):
@@ -41,35 +43,37 @@ class ToolPointSink(FollowedSink):
         super().__init__(inner, ip, "G43.4")
         self.kinematics = kinematics
 
-    # Between the tip and the machine.
+    # Between the tip and the machine: points one at a time, or nine columns for as many.
 
     def shown(self, point: Point) -> Point:
         """Return the program coordinates that put the machine where the tip of `point` needs it."""
         origin, rotation, g92, offset = self.ip.state.offsets()
-        unit = self.ip.state.unit_mm
-        tip = to_machine(point, origin, rotation, g92, zeros())
-        x, y, z = self.kinematics.machine(
-            (tip[0] * unit, tip[1] * unit, tip[2] * unit), self._angles(tip), offset[2] * unit
-        )
-        return to_program([x / unit, y / unit, z / unit, *tip[3:]], origin, rotation, g92, offset)
+        unit, machine = self.ip.state.unit_mm, self._machine(point)
+        x, y, z = self.kinematics.machine(_slides(machine, unit), self._angles(machine), offset[2] * unit)
+        return to_program([x / unit, y / unit, z / unit, *machine[3:]], origin, rotation, g92, offset)
 
     def tip_of(self, point: Point) -> Point:
         """Return the tip's program coordinates where the machine stands at `point`: the inverse of `shown`."""
         origin, rotation, g92, offset = self.ip.state.offsets()
-        unit = self.ip.state.unit_mm
-        machine = to_machine(point, origin, rotation, g92, offset)
-        x, y, z = self.kinematics.tip(
-            (machine[0] * unit, machine[1] * unit, machine[2] * unit), self._angles(machine), offset[2] * unit
-        )
+        unit, machine = self.ip.state.unit_mm, to_machine(point, origin, rotation, g92, offset)
+        x, y, z = self.kinematics.tip(_slides(machine, unit), self._angles(machine), offset[2] * unit)
         return to_program([x / unit, y / unit, z / unit, *machine[3:]], origin, rotation, g92, zeros())
 
     def lever(self, point: Point) -> float:
         """Return how far the tip goes as the rotary axes turn, in length units a radian, where it stands at `point`."""
-        origin, rotation, g92, offset = self.ip.state.offsets()
+        unit, machine = self.ip.state.unit_mm, self._machine(point)
+        length = self.ip.state.tool_offset[2] * unit
+        return self.kinematics.lever(_slides(machine, unit), self._angles(machine), length) / unit
+
+    def _reach(self, point: Point) -> float:
         unit = self.ip.state.unit_mm
-        tip = to_machine(point, origin, rotation, g92, zeros())
-        place = tip[0] * unit, tip[1] * unit, tip[2] * unit
-        return self.kinematics.lever(place, self._angles(tip), offset[2] * unit) / unit
+        tip = _slides(self._machine(point), unit)
+        return self.kinematics.reach(tip, self.ip.state.tool_offset[2] * unit)
+
+    def _machine(self, point: Point) -> Point:
+        """Return machine coordinates of the tip."""
+        origin, rotation, g92, _ = self.ip.state.offsets()
+        return to_machine(point, origin, rotation, g92, zeros())
 
     def _angles(self, machine: Point) -> tuple[float, float]:
         outer, inner = self.kinematics.axes
@@ -86,46 +90,112 @@ class ToolPointSink(FollowedSink):
         way = length or math.dist(path(0.0)[3:6], path(1.0)[3:6])
         return self.ip.state.feed / way if way else 0.0
 
-    def _pieces(self, path: Path, begin: Point, sweep: float) -> Iterator[tuple[float, Point]]:
+    def _counts(self, start: Point, end: Point, way: float, sweep: float) -> float:
+        """Return into how many lines of the axes a motion of the tip is cut, before it is rounded up.
+
+        Over the motion the second derivative of the axes is R T² + 2 D T + D S at most, with R the reach (`Kinematics.reach`), D the way, T
+        the turn of both rotary axes and S the sweep of an arc, rad. A line is off by an eighth of it, and each of n by the n²th part.
+        """
+        turn = sum(abs(end[k] - start[k]) for k in _ROTARY) * math.pi / 180.0
+        reach, other = self._reach(start), self._reach(end)
+        # The larger one; on an arc it may be more, by the half of its way in each of two directions.
+        reach = (reach + other + abs(reach - other)) / 2.0 + (way if sweep else 0.0)
+        off = reach * turn * turn + way * (2.0 * turn + math.radians(sweep))
+        return (off / (8.0 * self.kinematics.tolerance)) ** 0.5
+
+    def _pieces(self, path: Path, begin: Point, length: float, sweep: float) -> Iterator[tuple[float, Point]]:
         """Yield place on the path (0 to 1) and program coordinates of the machine's lines' ends."""
-        start, end = path(0.0), path(1.0)
-        turns = [abs(a - b) for a, b in zip(start[3:6], end[3:6], strict=True)]
-        turn = max(sweep, *turns)
-        count = 1
-        if turn and (sweep or self._bulge(math.dist(start[:3], end[:3]), math.radians(sum(turns)))):
-            count = max(_LOOK_PARTS, math.ceil(turn / LOOK_DEGREES))
+        way = length * self.ip.state.unit_mm
+        count = max(1, math.ceil(self._counts(path(0.0), path(1.0), way, sweep)))
         self.ip.budget.spend(MOTION * count)
         for k in range(1, count + 1):
-            after = self.shown(path(k / count))
-            if count == 1:
-                yield 1.0, after
-                return
-            yield from self._halved(path, (k - 1) / count, begin, k / count, after, _MAX_DEPTH)
-            begin = after
+            yield k / count, self.shown(path(k / count))
 
-    def _bulge(self, way: float, turn: float) -> bool:
-        """Tell whether a line of the axes may leave the tip's line, which is `way` long, by more than the tolerance in a turn, rad.
+    @property
+    def takes_batches(self) -> bool:
+        """Whether runs of motions may come (`motions`): no other sink stands behind, and nothing is printed."""
+        return self.inner is self.ip.base and not self.wants_comments
 
-        With R the lever, D the way and T the turn of both axes the second derivative of the axes over the line is R T² + 2 D T at most.
-        The lever is that of the line's start, and grows by the way at most for each axis.
-        """
-        lever = self._last_lever + math.sqrt(2.0) * way
-        off = (lever * turn**2 + 2.0 * way * turn) / 8.0
-        return off * self.ip.state.unit_mm > self.kinematics.tolerance
+    def motions(self, batch: MotionBatch) -> None:
+        """Pass a run of plain motions on: traverses and lines in columns, arcs and lines without a feed one by one."""
+        kinds, feeds, begin = batch.motion.tolist(), batch.feed.tolist(), 0
+        for row in [k for k, kind in enumerate(kinds) if kind > 1 or (kind and not feeds[k])]:
+            self._pass_lines(batch, slice(begin, row))
+            self._pass_one(batch, row)
+            begin = row + 1
+        self._pass_lines(batch, slice(begin, len(kinds)))
 
-    def _halved(
-        self, path: Path, begin: float, before: Point, end: float, after: Point, depth: int
-    ) -> Iterator[tuple[float, Point]]:
-        """Yield a step, or its halves where its middle is farther from the line than the tolerance."""
-        unit = self.ip.state.unit_mm
-        middle = (begin + end) / 2.0
-        there = self.shown(path(middle))
-        straight = [(p + q) / 2.0 for p, q in zip(before[:3], after[:3], strict=True)]
-        if depth and math.dist(there[:3], straight) * unit > self.kinematics.tolerance:
-            yield from self._halved(path, begin, before, middle, there, depth - 1)
-            yield from self._halved(path, middle, there, end, after, depth - 1)
+    def _pass_one(self, batch: MotionBatch, row: int) -> None:
+        import numpy as np
+
+        state = self.ip.state
+        self.inner.block = empty_block(Cursor(batch.source, batch.offset[row], batch.line[row]))
+        self._rate = state.feed = batch.feed[row]
+        end, centre = (np.array(columns[row : row + 1])[0].tolist() for columns in (batch.end, batch.centre))
+        if batch.turns[row]:
+            self.arc_feed(end, centre[0], centre[1], batch.turns[row], state.plane)
         else:
-            yield end, after
+            self.straight_feed(end)
+
+    def _pass_lines(self, batch: MotionBatch, rows: slice) -> None:
+        """Pass straight motions on, all of them at once; see `_follow` for one."""
+        if rows.start == rows.stop:
+            return
+        import numpy as np
+
+        from cncgen.geometry import elementary
+
+        state = self.ip.state
+        motion, end, rate = (
+            np.array(batch.motion[rows]),
+            np.array(batch.end[rows]),
+            np.array(batch.feed[rows]),
+        )
+        start = np.concatenate([[self._at], end[:-1]])
+        self._at = end[-1].tolist()
+        from_, to = (list(points.T) for points in (start, end))
+        ways = [np.linalg.norm((end - start)[:, axes], axis=1) for axes in (_LINEAR, _ROTARY, _SECOND)]
+        parts = np.ceil(self._counts(from_, to, ways[0] * state.unit_mm, 0.0))
+        count = np.where(motion == 1, np.maximum(parts, 1.0), 1.0)
+        self.ip.budget.spend(MOTION * int(count.sum()))
+        count = count.astype(np.int64)
+        row = np.repeat(np.arange(len(count)), count)
+        part = (np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + 1) / count[row]
+        tips = np.where(part[:, None] < 1.0, start[row] + (end - start)[row] * part[:, None], end[row])
+        slides = np.column_stack(self.shown(list(tips.T)))
+        timed = state.feed_mode != 93
+        if timed:
+            # F is that of the tip, else of the turn, else of U V W; what does not move is left out behind.
+            way = np.select([way > 0.0 for way in ways], ways, math.inf)
+            rate /= way
+            self.inner.set_feed_mode(93, synched=False)
+        ends = np.concatenate([start[:1], tips])
+        lever = np.array(self.lever(list(ends.T)))
+        step = np.ceil(LEVER_STEPS * elementary.log2(np.maximum(np.maximum(lever[:-1], lever[1:]), _STUB)))
+        made = MotionBatch(
+            motion=motion[row].data,
+            end=slides.data,
+            feed=np.minimum(rate[row] * count[row], MOST_A_MINUTE).data,
+            feed_set=np.zeros(len(row), np.uint8).data,
+            centre=np.zeros((len(row), 2)).data,
+            turns=np.zeros(len(row), np.int64).data,
+            line=np.array(batch.line[rows])[row].data,
+            offset=np.array(batch.offset[rows])[row].data,
+            source=batch.source,
+            reach=float(np.abs(slides).max()),
+            turn=batch.turn,
+            creeps=batch.creeps,
+        )
+        for first, last in itertools.pairwise([0, *(np.flatnonzero(np.diff(step)) + 1).tolist(), len(row)]):
+            self.inner.set_lever(2.0 ** (step[first] / LEVER_STEPS))
+            self.inner.motions(made.part(first, last))
+        if timed:
+            self.inner.set_feed_mode(state.feed_mode, synched=False)
+            self.inner.set_feed_rate(batch.feed[rows.stop - 1])
+
+
+def _slides(machine: Point, unit: float) -> Vector:
+    return machine[0] * unit, machine[1] * unit, machine[2] * unit
 
 
 def turn_on(ip: Interpreter, block: Block, name: str = "G43.4") -> None:

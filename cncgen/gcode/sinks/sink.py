@@ -71,6 +71,24 @@ class MotionBatch:
     turn: float
     creeps: bool
 
+    def part(self, begin: int, end: int) -> MotionBatch:
+        """Return some of the rows; what is told of all stays."""
+        rows = slice(begin, end)
+        return MotionBatch(
+            motion=self.motion[rows],
+            end=self.end[rows],
+            feed=self.feed[rows],
+            feed_set=self.feed_set[rows],
+            centre=self.centre[rows],
+            turns=self.turns[rows],
+            line=self.line[rows],
+            offset=self.offset[rows],
+            source=self.source,
+            reach=self.reach,
+            turn=self.turn,
+            creeps=self.creeps,
+        )
+
 
 def refuse_uvw(plane: int) -> None:
     """Raise for an arc in a plane of U V W, of which no toolpath is made: its arcs lie in X Y Z."""
@@ -195,6 +213,11 @@ class PassingSink:
 
     def _check(self, block: Block) -> None:
         """Refuse a block that does not go with the sink."""
+
+    @property
+    def takes_batches(self) -> bool:
+        """Whether runs of motions may come (`motions`)."""
+        return False
 
     def motions(self, batch: MotionBatch) -> None:
         """Refuse: runs of motions are not made meanwhile (`Interpreter.batchable`)."""
