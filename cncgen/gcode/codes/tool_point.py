@@ -28,6 +28,11 @@ from cncgen.gcode.text.lanes import empty_block
 from cncgen.machine.kinematics import Kinematics, Vector
 from cncgen.records import replace
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
 _LINEAR, _ROTARY, _SECOND = (0, 1, 2), (3, 4, 5), (6, 7, 8)
 #: The least lever, in length units a radian, of a run of motions.
 _STUB = 1e-6
@@ -90,12 +95,13 @@ class ToolPointSink(FollowedSink):
         way = length or math.dist(path(0.0)[3:6], path(1.0)[3:6])
         return self.ip.state.feed / way if way else 0.0
 
-    def _counts(self, start: Point, end: Point, way: float, sweep: float) -> float:
-        """Return into how many lines of the axes a motion of the tip is cut, before it is rounded up.
+    def _counts(self, start: Point, end: Point, length: float, sweep: float) -> float:
+        """Return into how many lines of the axes a motion of the tip is cut, before it is rounded up; an arc sweeps so many degrees.
 
         Over the motion the second derivative of the axes is R T² + 2 D T + D S at most, with R the reach (`Kinematics.reach`), D the way, T
         the turn of both rotary axes and S the sweep of an arc, rad. A line is off by an eighth of it, and each of n by the n²th part.
         """
+        way = length * self.ip.state.unit_mm
         turn = sum(abs(end[k] - start[k]) for k in _ROTARY) * math.pi / 180.0
         reach, other = self._reach(start), self._reach(end)
         # The larger one; on an arc it may be more, by the half of its way in each of two directions.
@@ -105,8 +111,7 @@ class ToolPointSink(FollowedSink):
 
     def _pieces(self, path: Path, begin: Point, length: float, sweep: float) -> Iterator[tuple[float, Point]]:
         """Yield place on the path (0 to 1) and program coordinates of the machine's lines' ends."""
-        way = length * self.ip.state.unit_mm
-        count = max(1, math.ceil(self._counts(path(0.0), path(1.0), way, sweep)))
+        count = max(1, math.ceil(self._counts(path(0.0), path(1.0), length, sweep)))
         self.ip.budget.spend(MOTION * count)
         for k in range(1, count + 1):
             yield k / count, self.shown(path(k / count))
@@ -143,55 +148,55 @@ class ToolPointSink(FollowedSink):
             return
         import numpy as np
 
-        from cncgen.geometry import elementary
-
-        state = self.ip.state
-        motion, end, rate = (
-            np.array(batch.motion[rows]),
-            np.array(batch.end[rows]),
-            np.array(batch.feed[rows]),
-        )
+        of_rows = batch.part(rows.start, rows.stop)
+        motion, end, rate = (np.array(c) for c in (of_rows.motion, of_rows.end, of_rows.feed))
         start = np.concatenate([[self._at], end[:-1]])
         self._at = end[-1].tolist()
-        from_, to = (list(points.T) for points in (start, end))
         ways = [np.linalg.norm((end - start)[:, axes], axis=1) for axes in (_LINEAR, _ROTARY, _SECOND)]
-        parts = np.ceil(self._counts(from_, to, ways[0] * state.unit_mm, 0.0))
-        count = np.where(motion == 1, np.maximum(parts, 1.0), 1.0)
+        count = np.maximum(np.ceil(self._counts(list(start.T), list(end.T), ways[0], 0.0)), 1.0)
+        count[motion == 0] = 1.0
         self.ip.budget.spend(MOTION * int(count.sum()))
         count = count.astype(np.int64)
         row = np.repeat(np.arange(len(count)), count)
         part = (np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + 1) / count[row]
         tips = np.where(part[:, None] < 1.0, start[row] + (end - start)[row] * part[:, None], end[row])
         slides = np.column_stack(self.shown(list(tips.T)))
-        timed = state.feed_mode != 93
-        if timed:
+        mode = self.ip.state.feed_mode
+        if mode != 93:
             # F is that of the tip, else of the turn, else of U V W; what does not move is left out behind.
-            way = np.select([way > 0.0 for way in ways], ways, math.inf)
-            rate /= way
+            rate /= np.select([way > 0.0 for way in ways], ways, math.inf)
             self.inner.set_feed_mode(93, synched=False)
-        ends = np.concatenate([start[:1], tips])
-        lever = np.array(self.lever(list(ends.T)))
-        step = np.ceil(LEVER_STEPS * elementary.log2(np.maximum(np.maximum(lever[:-1], lever[1:]), _STUB)))
-        made = MotionBatch(
+        made = replace(
+            of_rows,
             motion=motion[row].data,
             end=slides.data,
             feed=np.minimum(rate[row] * count[row], MOST_A_MINUTE).data,
             feed_set=np.zeros(len(row), np.uint8).data,
             centre=np.zeros((len(row), 2)).data,
             turns=np.zeros(len(row), np.int64).data,
-            line=np.array(batch.line[rows])[row].data,
-            offset=np.array(batch.offset[rows])[row].data,
-            source=batch.source,
+            line=np.array(of_rows.line)[row].data,
+            offset=np.array(of_rows.offset)[row].data,
             reach=float(np.abs(slides).max()),
-            turn=batch.turn,
-            creeps=batch.creeps,
         )
-        for first, last in itertools.pairwise([0, *(np.flatnonzero(np.diff(step)) + 1).tolist(), len(row)]):
-            self.inner.set_lever(2.0 ** (step[first] / LEVER_STEPS))
+        for lever, first, last in self._levers(np.concatenate([start[:1], tips])):
+            self.inner.set_lever(lever)
             self.inner.motions(made.part(first, last))
-        if timed:
-            self.inner.set_feed_mode(state.feed_mode, synched=False)
-            self.inner.set_feed_rate(batch.feed[rows.stop - 1])
+        if mode != 93:
+            self.inner.set_feed_mode(mode, synched=False)
+            self.inner.set_feed_rate(of_rows.feed[-1])
+
+    def _levers(self, tips: NDArray[np.float64]) -> Iterator[tuple[float, int, int]]:
+        """Yield the lever of lines between places, shape (n + 1, 9), and the first and behind the last line that has it."""
+        import numpy as np
+
+        from cncgen.geometry import elementary
+
+        of_ends = np.array(self.lever(list(tips.T)))
+        longer = np.maximum(np.maximum(of_ends[:-1], of_ends[1:]), _STUB)
+        step = np.ceil(LEVER_STEPS * elementary.log2(longer))
+        changes = (np.flatnonzero(np.diff(step)) + 1).tolist()
+        for first, last in itertools.pairwise([0, *changes, len(step)]):
+            yield 2.0 ** (float(step[first]) / LEVER_STEPS), first, last
 
 
 def _slides(machine: Point, unit: float) -> Vector:
