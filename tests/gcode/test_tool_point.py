@@ -80,6 +80,14 @@ def test_a_turn_is_as_many_lines_as_it_bends(run: Any, degrees: float, lines: in
     assert np.count_nonzero((out.path.kind == 0) & (out.path.feed_mode == 1)) == lines
 
 
+@pytest.mark.parametrize("number", ["X0", "X[0]"])
+def test_a_motion_to_where_the_tip_stands_is_none(run: Any, number: str) -> None:
+    """In arrays and alone: its axes moved by their rounding, 4e-17 mm, and in inverse time without an end."""
+    text = f"G0 X0 Y0 Z0 A6.218 C0\nG43.4 H0\nG1 {number} F6000\nG1 X1\nM30\n"
+    out = run(text, dialect="fanuc", kinematics=Kinematics(0, (3, 5), (0.0, 0.0, -150.0)))
+    assert out.path.line[out.path.kind == 0].tolist() == [1, 4]
+
+
 def test_an_arc_of_the_tip(run: Any) -> None:
     """With the rotary axes at rest an arc stays one, in lines, and takes its length over F."""
     out = machine(run, "G2 X-10 I-10 F600", TABLES)

@@ -51,8 +51,10 @@ class FollowedSink(PassingSink):
         raise BlockError(self.fault, f"{what} under {self.name}", word, hint=self.remedy)
 
     def straight_feed(self, end: Point) -> None:
-        """Move on a straight line of the part."""
+        """Move on a straight line of the part; one without a length would be a motion of the rounding of the axes."""
         start = self._at
+        if end == start:
+            return
 
         def path(t: float) -> Point:
             return [a + (b - a) * t for a, b in zip(start, end, strict=True)]

@@ -155,15 +155,18 @@ class ToolPointSink(FollowedSink):
         ways = [np.linalg.norm((end - start)[:, axes], axis=1) for axes in (_LINEAR, _ROTARY, _SECOND)]
         count = np.maximum(np.ceil(self._counts(list(start.T), list(end.T), ways[0], 0.0)), 1.0)
         count[motion == 0] = 1.0
+        count[(end == start).all(axis=1)] = 0.0
         self.ip.budget.spend(MOTION * int(count.sum()))
         count = count.astype(np.int64)
         row = np.repeat(np.arange(len(count)), count)
         part = (np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + 1) / count[row]
+        if not len(row):
+            return
         tips = np.where(part[:, None] < 1.0, start[row] + (end - start)[row] * part[:, None], end[row])
         slides = np.column_stack(self.shown(list(tips.T)))
         mode = self.ip.state.feed_mode
         if mode != 93:
-            # F is that of the tip, else of the turn, else of U V W; what does not move is left out behind.
+            # F is that of the tip, else of the turn, else of U V W.
             rate /= np.select([way > 0.0 for way in ways], ways, math.inf)
             self.inner.set_feed_mode(93, synched=False)
         made = replace(
