@@ -35,6 +35,7 @@ class LinesRead:
         others: How many lines made no block.
         units: Units of work of the calls among them.
         back: The O-word whose jump back was the last of them, where it is time to look at it.
+        passed: Lines of the main program that jumps led past when they were reached: the first, and the offset of the one behind them.
     """
 
     end: Cursor
@@ -43,6 +44,7 @@ class LinesRead:
     others: int
     units: int
     back: Cursor | None
+    passed: list[tuple[Cursor, int]]
 
 
 class Computing:
@@ -124,6 +126,7 @@ class Computing:
         plain.count, plain.source = computer.blocks, here.source
         if not computer.lines:
             return None
+        passed, computer.passed = computer.passed, []
         if here.source == 0:
             reached = Cursor(0, computer.reached, computer.reached_line)
         return LinesRead(
@@ -133,4 +136,5 @@ class Computing:
             computer.lines - plain.count + before,
             computer.units,
             None if computer.back is None else Cursor(here.source, *computer.back),
+            [(Cursor(0, first, line), behind) for first, line, behind in passed if here.source == 0],
         )

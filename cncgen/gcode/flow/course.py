@@ -82,6 +82,8 @@ class Course:
         self._frames = control.calls.frames
         self._recurrence: Recurrence | None = None
         self.reached = self._here = first_line(ip, sources[0])
+        #: Lines of the main program that jumps led past when they were reached: the first, and the offset of the one behind them.
+        self._passed: list[tuple[Cursor, int]] = []
         #: Lines run, and blocks counted before them, since a line was reached for the first time.
         self._since = self._begun = 0
         self._looked = False
@@ -111,6 +113,8 @@ class Course:
             here = self._here
             forward = self._is_forward(here)
             if forward:
+                if here.offset > self.reached.offset:
+                    self._passed.append((self.reached, here.offset))
                 self.reached = here
             if here.offset >= len(self._sources[here.source]):
                 self._end_text(here)
@@ -128,6 +132,24 @@ class Course:
             if self._looked:
                 self._looked = False
                 yield
+
+    def tell_of_passed(self) -> None:
+        """Warn of lines that cannot be read and that the run has led past."""
+        self._faults.passed((here, self._fault_of(here)) for here in self._lines_passed())
+
+    def _lines_passed(self) -> Iterator[Cursor]:
+        for here, behind in self._passed:
+            while here.offset < behind:
+                yield here
+                here = self._lines.after(here)
+
+    def _fault_of(self, here: Cursor) -> BlockError | None:
+        """Return why a line cannot be read, None where it can."""
+        try:
+            self._read(self._lines.text(here))
+        except BlockError as error:
+            return error
+        return None
 
     def _is_forward(self, here: Cursor) -> bool:
         """Tell whether a line of the main program is reached for the first time."""
@@ -173,6 +195,7 @@ class Course:
         if found.reached != self.reached:
             self._begun = self.ip.budget.steps
             self.percent.seen = True
+        self._passed += found.passed
         self.reached, self._since, self._here = found.reached, found.since, found.end
         if found.back is not None:
             self._look(found.back, found.end)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from itertools import islice
 
 from cncgen.diagnostics import Severity
 from cncgen.gcode.codes.table import language_of
@@ -13,6 +14,8 @@ from cncgen.gcode.text.labels import Cursor
 
 #: Faults of lines that failed before, after which the loops they stand in count as endless.
 _MAX_FAILURES = 1000
+#: Lines that a run has led past, so many of which are read at most: a jump to the middle of a long program leads past all before it.
+_MOST_PASSED = 4096
 
 
 class Faults:
@@ -78,6 +81,25 @@ class Faults:
         self._failures += 1
         if self._failures % _MAX_FAILURES == 0:
             raise Astray
+
+    def passed(self, lines: Iterable[tuple[Cursor, BlockError | None]]) -> None:
+        """Warn of lines that cannot be read where the run has led past them: other values would lead to them."""
+        found = [
+            (here, error)
+            for here, error in islice(lines, _MOST_PASSED)
+            if error is not None and error.code == "syntax" and not self._is_known(here)
+        ]
+        if found:
+            here, error = found[0]
+            more = f" and past {len(found) - 1} more that cannot be read" if len(found) > 1 else ""
+            error.message += f"; the run leads past this line{more}"
+            source = self._sources[here.source]
+            self._reporter.report(source, here.line, here.offset, error, Severity.WARNING)
+
+    def _is_known(self, here: Cursor) -> bool:
+        """Tell whether the syntax of a line is a fault that was reported, or none as its block is left out."""
+        text = self._sources[here.source].text_at(here.offset)
+        return (here, "syntax") in self._said or (self._deletes and self._is_left_out(text))
 
     def remark(self, error: BlockError, severity: Severity) -> None:
         """Add a remark on a word of the block that is executed, once for each kind of remark; the block runs."""

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import chain
 from types import FunctionType
 from typing import Any, Generic, TypeVar
 
@@ -149,6 +150,8 @@ class LanguageRun(Run, Generic[P]):
         self._recurrence = Recurrence(self.ip, self._faults, lambda: vars(self), _FIXED)
         #: The first line of the main program that was not run; blocks that were counted when it was reached, and at the last look.
         self._reached = self._begun = self._looked = 0
+        #: Lines of the main program that jumps led past when they were reached.
+        self._passed: list[range] = []
         self._prepare()
         self._lane: PlainLane | None = None
         if self.plain and self.batches:
@@ -190,6 +193,10 @@ class LanguageRun(Run, Generic[P]):
 
     def _enters(self, frame: Frame[P], at: int) -> None:
         """Begin with a line that was jumped to."""
+
+    def _fault_of(self, program: P, at: int) -> BlockError | None:
+        """Return why a line cannot be read, None where it can."""
+        raise NotImplementedError
 
     def _is_plain(self) -> bool:
         """Tell whether lines mean in arrays what they mean in the language."""
@@ -241,6 +248,7 @@ class LanguageRun(Run, Generic[P]):
         main, budget = frames[0], ip.budget
         while frames and not ip.state.ended:
             frame = frames[-1]
+            first = frame.at
             try:
                 many = False
                 try:
@@ -248,6 +256,8 @@ class LanguageRun(Run, Generic[P]):
                 except BlockError as error:
                     self._fail(frame, error)
                 if frame is main and frame.reached > self._reached:
+                    if first > self._reached:
+                        self._passed.append(range(self._reached, first))
                     self._reached = budget.forward = frame.reached
                     self._begun = self._looked = budget.steps
                 elif (
@@ -419,6 +429,8 @@ class LanguageRun(Run, Generic[P]):
             self._faults.remark(fault, Severity.WARNING)
         elif self._reached < len(main.lines):
             self._tell_of_rest(main)
+        passed = chain.from_iterable(self._passed)
+        self._faults.passed((main.lines[at].here, self._fault_of(main, at)) for at in passed)
 
     def _tell_of_rest(self, main: P) -> None:
         """Warn of blocks with motions behind the one that ended the program, where nothing leads to lines behind it."""

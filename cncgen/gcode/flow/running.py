@@ -99,6 +99,7 @@ class Runner(Run):
             )
         elif (ended := self.ip.ended_in) and ended.source == 0 and not self._options.stand_alone:
             tell_of_rest(self.ip, source, ended)
+        course.tell_of_passed()
         if self._options.save_parameters is not None:
             write_parameters(self._options.save_parameters, self.ip.parameters, self._options.parameters)
 

@@ -137,13 +137,22 @@ class ProgramText(LanguageRun[Program]):
         try:
             return self.parse(body)
         except BlockError as error:
-            self._point(at, body, error)
+            self._point(self._lines[at].here, body, error)
             raise
 
-    def _point(self, at: int, said: str, error: BlockError) -> None:
+    def _fault_of(self, program: Program, at: int) -> BlockError | None:
+        line = program.lines[at]
+        try:
+            if line.says():
+                self.parse(line.body)
+        except BlockError as error:
+            self._point(line.here, line.body, error)
+            return error
+        return None
+
+    def _point(self, here: Cursor, said: str, error: BlockError) -> None:
         """Let a fault point into the text of a line, whose column is that of a part of it."""
         if error.column:
-            here = self._lines[at].here
             before = self.sources[here.source].text_at(here.offset).find(said[: error.column - 1] or said)
             error.column = error.column + before if before >= 0 else 0
 

@@ -306,7 +306,7 @@ class HeidenhainRunner(ContourLines):
         try:
             self._part(frame, at, number, part, rest)
         except BlockError as error:
-            self._point(at, rest, error)
+            self._point(self._lines[at].here, rest, error)
             raise
 
     def _part(self, frame: Frame, at: int, number: int, part: str | None, rest: str) -> None:

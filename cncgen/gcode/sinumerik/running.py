@@ -184,6 +184,9 @@ class SinumerikRunner(LanguageRun[Program]):
             else:
                 self.ip.end_program()
 
+    def _fault_of(self, program: Program, at: int) -> BlockError | None:
+        return program.lines[at].fault
+
     def _pass_by(self, frame: Frame, passed: range) -> None:
         """Go on behind a branch or loop whose condition cannot be read; the feeds and kinds of motion in it count for what follows."""
         for inner in passed:
