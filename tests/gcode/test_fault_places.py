@@ -50,3 +50,21 @@ def test_a_blank_that_is_none_is_what_is_named(dialect: str, text: str, column: 
     assert "U+00A0 (no-break space)" in fault.message
     assert fault.span is not None
     assert fault.span.column == column
+
+
+@pytest.mark.parametrize("dialect", ["linuxcnc", "fanuc"])
+def test_a_comment_over_several_lines_is_one_fault(dialect: str) -> None:
+    """Its lines were read as blocks, with an error each and its numbers as motions; a comment without an end hides nothing."""
+    from cncgen import read_text
+
+    def faults(text: str) -> list[tuple[int, str]]:
+        program = read_text(text, dialect=dialect)
+        list(program.chunks())
+        errors = [one for one in program.diagnostics if one.severity.value != "note" and one.span]
+        return [(one.span.line, one.code) for one in errors if one.span]
+
+    assert faults("G21 G0 X1.\n(BLANK OF\nX10. Y20.\nLONG)\nG99999\nM2\n") == [
+        (2, "open-comment"),
+        (5, "unknown-code"),
+    ]
+    assert (3, "unknown-code") in faults("G21 G0 X1.\n(BLANK OF\nG99999\n(LONG)\nM2\n")

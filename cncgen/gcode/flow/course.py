@@ -227,6 +227,11 @@ class Course:
                 self.percent.line(text, self.reached.offset)
         except BlockError as error:
             following = target = self._lines.after(here)
+            if error.code == "open-comment":
+                from cncgen.gcode.flow.recovery import behind_comment
+
+                target = behind_comment(self._control, here, error) or following
+                self.reached = target if self._is_forward(here) else self.reached
             self._faults.fail(error.place or here, error)
             if error.code == "syntax" and self._faults.found:
                 from cncgen.gcode.flow.recovery import behind_branch

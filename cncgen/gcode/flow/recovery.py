@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 #: O-words that begin branches or a loop with a value, and their ends.
 _ENDS = {"if": "endif", "while": "endwhile", "repeat": "endrepeat"}
+#: Lines of a comment that are looked at for its end.
+_MOST_REMARKS = 100
 _FEED = re.compile(r"(?<![a-z])f[#\[]")
 #: Modal groups of what a line sets by a code alone.
 _MODES = frozenset(("plane", "units", "distance", "arc distance", "feed mode"))
@@ -87,6 +89,22 @@ def behind_branch(control: FlowControl, faults: Faults, here: Cursor) -> Cursor 
         _take_modes(control, faults, inner)
         inner = control.lines.after(inner)
     return end.after
+
+
+def behind_comment(control: FlowControl, here: Cursor, error: BlockError) -> Cursor | None:
+    """Return the line behind a comment that goes on over several lines, and let its fault say where it ends; None of another one."""
+    below = control.lines.after(here)
+    for _ in range(_MOST_REMARKS):
+        text = control.lines.text(below)
+        opens, closes = text.find("("), text.find(")")
+        below = control.lines.after(below)
+        if closes >= 0 and (opens < 0 or closes < opens):
+            error.message += f" on its line; that stands in line {below.line - 1}"
+            error.hint = "each line of a comment has its own ( and )"
+            return below
+        if opens >= 0:
+            return None
+    return None
 
 
 def _take_modes(control: FlowControl, faults: Faults, here: Cursor) -> None:
