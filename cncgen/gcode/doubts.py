@@ -26,8 +26,11 @@ if TYPE_CHECKING:
 
 #: Bytes that are searched for signs that occur early in a text, if at all.
 _HEAD = 65_536
-#: A line up to a word, without comments.
-_BEFORE = rb"^(?P<before>(?:[^(;\n]|(?>" + signs.COMMENT + rb"))*?)"
+#: A line up to a word, without comments and names: that of a program may hold T12, ``<SHAFT_T12>``.
+_NAMED = rb"<[^<>\n]*>"
+_BEFORE = (
+    rb"^(?P<before>(?:[^(;<\n]|(?>" + _NAMED + rb")|<(?!" + _NAMED[1:] + rb")|(?>" + signs.COMMENT + rb"))*?)"
+)
 
 
 @dataclass(frozen=True, slots=True)

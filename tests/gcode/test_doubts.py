@@ -301,3 +301,18 @@ def test_signs_in_a_comment_are_not_looked_at_one_by_one(run: Callable[..., Outc
     begin = time.process_time()
     run(f"G21 G1 X1 F100 ({sign * (2_000_000 // len(sign))})\n/ X2\nM2\n", dialect="fanuc")
     assert time.process_time() - begin < 10.0
+
+
+@pytest.mark.parametrize(
+    ("block", "column"),
+    [("<SHAFT_T12> (MAIN)", None), ("M98 <GROOVE_T3>", None), ("M98 <GROOVE_T3> T4", 17), ("T4 M6", 1)],
+)
+def test_a_word_within_the_name_of_a_program_is_none(
+    run: Callable[..., Outcome], block: str, column: int | None
+) -> None:
+    """T12 of a name was taken for a tool of two digits."""
+    text = f"O1\nG21 G99\nT0101\n{block}\nM30\n<GROOVE_T3>\nM99\n"
+    found = run(text, dialect="fanuc-lathe").diagnostics
+    assert [d.span.column for d in found if d.code == "other-control" and d.span] == (
+        [column] if column else []
+    )

@@ -91,9 +91,11 @@ def arguments(ip: Interpreter, pairs: list[tuple[str, float]]) -> tuple[int, int
         else:
             message = f"{letter.upper()} is not an argument of a macro"
             raise BlockError("macro-arguments", message, f"{letter.upper()}{value:g}")
-    if number is None and any(letter == "h" for letter, _ in pairs):
+    # H stands first, and P is a variable or the line that a condition leads to: `G65 H81 P100 Q#10 R1`.
+    sums = any(letter == "h" for letter, _ in pairs) if number is None else pairs[0][0] == "h"
+    if sums and (number is None or not _has_program(ip, ip.base.block, number)):
         message = "G65 H is of custom macro A of older controls, which is not read"
-        hint = "write its sums in macro B: #100=#101+#102; G65 P calls a program"
+        hint = "write it in macro B: #100=#101+#102, IF[#100EQ1]GOTO100; G65 P calls a program"
         raise BlockError("not-read", message, "H", hint=hint)
     if number is None:
         raise BlockError("sub-missing", "a macro call has no program number P", "G65")
@@ -166,7 +168,7 @@ def tell_idle(ip: Interpreter, times: int) -> None:
 
 
 def _has_program(ip: Interpreter, block: Block, number: int) -> bool:
-    """Tell whether a program has a number of more than four digits, as an option of FANUC's controls allows."""
+    """Tell whether a program has a number: one of more than four digits is an option of FANUC's controls."""
     assert ip.flow is not None
     try:
         ip.flow.subroutines.find(
