@@ -245,6 +245,9 @@ UNREAD = [
      "(dlgshow)\nG53 G00 Z10\nM2", "PlanetCNC"),
     # As the macros of fchabot-dxf/DDCS-Expert-skill and Klaus-Michael/PlanetCNC_KMS_Stuff jump and ask for their pins.
     ("#2=#2601 ;length\n//Z axis\nG91 G31 Z-#2 F200 P#30 L#31 Q1\nIF #1922==0 GOTO1\n#20=#1927\nN1\n#1505=1(No edge!)\nM30", "DDCS"),
+    # Numbers that the operator types: #50 was 0 without a word.
+    ("G21 G90 G54\n#2070 = 50(Enter depth: )\nG0 X0 Y0\nG01 Z-#50 F100\nM30", "DDCS"),
+    ("#1510 = #50\n#1503 = -5000(Depth: %.1f)\nG0 X0\nM30", "DDCS"),
     ("G91\nWHILE #112<70 DO2\n#112=#112+ABS[#[1519+#45]-1]\nEND2\nIF #24!=#[1910+#1] GOTO2\nG31 X5 F9 K0\nN2 M99", "DDCS"),
     ("o<chk> if [#<_input|#<_probe_pin_1>> NE 0]\n(msg,Probe)\nM2\no<chk> endif\nG0 X1\nM2", "PlanetCNC"),
     ("O7000\nG90 G54\nT01 M06\nG43 H01 Z20.\nG98 G77 X10. Y10. Z-12. R2. J1.25 S1500 L3000\nG80\nM30", "Brother"),

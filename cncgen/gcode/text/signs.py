@@ -104,6 +104,8 @@ _ELSEWHERE = (
     _of("centroid", 12, "conditions joined by || or &&", _AT + rb"IF[ \t][^\n]*(?:\|\||&&)[^\n]*THEN", b"||", b"&&"),
     _of("centroid", 20, "the name of FreeCAD's post", rb"^[ \t]*[;(][ \t]*POST PROCESSOR:[ \t]*CENTROID_POST", b"CENTROID_POST"),
     _of("ddcs", 45, "a condition of DDCS", _AT + rb"(?:IF|WHILE)[ \t]*#[^\n;(]*[=<>][^\n;(]*(?:GOTO|DO)[ \t]*\d", b"IF", b"WHILE"),
+    # A text to the operator (#1503, #1505), and a number that he is asked for, which goes to the variable #50 to #499 that is named.
+    _of("ddcs", 30, "a dialog of DDCS", _AT + rb"#(?:150[35][ \t]*=[ \t]*-?\d+|2070[ \t]*=[ \t]*(?:[5-9]\d|[1-4]\d\d))[ \t]*\(", b"#150", b"#2070"),
     _of("dynapath", 20, "a block of Dynapath", rb"^" + BLOCK_NUMBER + rb"\([\dA-Z]\)[^\n]*\$[ \t\r]*$", b"$"),
     _of("eding", 30, "a macro of Eding CNC", rb"^[ \t]*(?:(?:GOSUB|SUB)[ \t]+[A-Z_]|ENDSUB|(?:DLGMSG|ERRMSG)[ \t]+\")", b"GOSUB", b"SUB", b"MSG"),
     _of("emco", 20, "columns N G X Z", rb"^[ \t]+N[ \t]+G[ \t]+X[ \t]+(?:Y[ \t]+)?Z[ \t]+F", b"N G", b"N  ", b"N \t", b"N\t"),
