@@ -68,3 +68,7 @@ def test_a_comment_over_several_lines_is_one_fault(dialect: str) -> None:
         (5, "unknown-code"),
     ]
     assert (3, "unknown-code") in faults("G21 G0 X1.\n(BLANK OF\nG99999\n(LONG)\nM2\n")
+    assert [code for _, code in faults(f"G21 G0 X1.\n(BLANK OF\n{'X' * 70_000}\nM2\n")] == [
+        "open-comment",
+        "line-too-long",
+    ]

@@ -95,7 +95,11 @@ def behind_comment(control: FlowControl, here: Cursor, error: BlockError) -> Cur
     """Return the line behind a comment that goes on over several lines, and let its fault say where it ends; None of another one."""
     below = control.lines.after(here)
     for _ in range(_MOST_REMARKS):
-        text = control.lines.text(below)
+        try:
+            text = control.lines.text(below)
+        except BlockError:
+            # A line that is too long has a fault of its own.
+            return None
         opens, closes = text.find("("), text.find(")")
         below = control.lines.after(below)
         if closes >= 0 and (opens < 0 or closes < opens):
