@@ -11,7 +11,7 @@ from cncgen.diagnostics import CncgenError, Diagnostic, Diagnostics, NoPlanError
 from cncgen.machine.record import Machine
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import MOST_ROWS
-from cncgen.planner.travel import Travel
+from cncgen.planner.travel import Travel, moved
 from cncgen.toolpath.gate import beyond_numbers
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 
@@ -91,11 +91,14 @@ def _with_tolerance(chunk: Toolpath, machine: Machine, options: PlanOptions) -> 
 
 def _missing_axes(chunk: Toolpath, machine: Machine, known: set[str]) -> list[Diagnostic]:
     """Name the axes that move and that the machine lacks, but those `known` already, which become all."""
-    found = []
-    moves = chunk.end != chunk.starts
-    for column, letter in enumerate(chunk.axes):
-        rows = np.flatnonzero(moves[:, column])
-        if letter not in machine.axes and letter not in known and len(rows):
+    found: list[Diagnostic] = []
+    lacking = [letter for letter in chunk.axes if letter not in machine.axes and letter not in known]
+    if not lacking:
+        return found
+    moves = moved(chunk)
+    for letter in lacking:
+        rows = np.flatnonzero(moves[:, chunk.axes.index(letter)])
+        if len(rows):
             known.add(letter)
             found.append(
                 Diagnostic(

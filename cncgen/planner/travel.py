@@ -171,9 +171,7 @@ def _reach(chunk: Toolpath, low: Floats, high: Floats) -> tuple[Floats, Floats]:
     lowest, highest = chunk.end.copy(), chunk.end.copy()
     rows = np.flatnonzero(chunk.kind == Kind.ARC)
     if len(rows):
-        table, index = chunk.arcs, chunk.curve[rows]
-        arcs = ArcTable(table.centre[index], table.normal[index], table.sweep[index])
-        lowest[rows], highest[rows] = arc_extents(spirals(arcs, chunk.starts[rows], chunk.end[rows]))
+        lowest[rows], highest[rows] = _arcs_reach(chunk, rows)
     rows = np.flatnonzero(chunk.kind == Kind.NURBS)
     if len(rows):
         bottom, top = hulls(chunk.nurbs)
@@ -181,3 +179,24 @@ def _reach(chunk: Toolpath, low: Floats, high: Floats) -> tuple[Floats, Floats]:
         for row in rows[np.take(leaves, chunk.curve[rows])]:
             lowest[row], highest[row] = nurbs_extents(chunk.nurbs, int(chunk.curve[row]))
     return lowest, highest
+
+
+def _arcs_reach(chunk: Toolpath, rows: NDArray[np.int64]) -> tuple[Floats, Floats]:
+    """Return the lowest and highest coordinates of rows that are arcs, each of shape (rows, axes)."""
+    table, index = chunk.arcs, chunk.curve[rows]
+    arcs = ArcTable(table.centre[index], table.normal[index], table.sweep[index])
+    return arc_extents(spirals(arcs, chunk.starts[rows], chunk.end[rows]))
+
+
+def moved(chunk: Toolpath) -> NDArray[np.bool_]:
+    """Tell which axes each row moves, shape (n, axes): along a curve too, which may come back to where it began."""
+    moves = chunk.end != chunk.starts
+    rows = np.flatnonzero(chunk.kind == Kind.ARC)
+    if len(rows):
+        low, high = _arcs_reach(chunk, rows)
+        moves[rows] |= high - low > _ROUNDING
+    rows = np.flatnonzero(chunk.kind == Kind.NURBS)
+    if len(rows):
+        bottom, top = hulls(chunk.nurbs)
+        moves[rows] |= (top - bottom > _ROUNDING)[chunk.curve[rows]]
+    return moves

@@ -89,6 +89,34 @@ def test_all_chunks_are_read_for_their_faults(lines: Callable[..., Toolpath], ta
     assert yielded == []
 
 
+@pytest.mark.parametrize(
+    "curve",
+    [
+        "G2 X0 I5",
+        "G2 X0 J5",
+        "G2 X5 R10",
+        "G5 I0 J3 P0 Q3 X5 Y0",
+        "G6.2 P2 K0 X0 Y0 R1\nK0 X5 Y5 R1\nK1 X9 Y0 R1\nK2\nK2",
+    ],
+)
+def test_a_curve_that_comes_back_moves_its_axes(table: Machine, curve: str) -> None:
+    """Y was planned without any limit, as the curve ends at the Y where it begins."""
+    machine = replace(table, axes={k: replace(table.axes["X"], letter=k) for k in "XZ"})
+    program = cncgen.read_text(f"G21 G90 G17 F1000\n{curve}\nM2\n", "back.ngc")
+    with pytest.raises(ProgramError) as caught:
+        list(cncgen.plan(program, machine))
+    (fault,) = caught.value.diagnostics
+    assert fault.code == "axis-missing"
+    assert "moves axis Y" in fault.message
+
+
+def test_a_curve_in_a_plane_does_not_move_the_axis_across(table: Machine) -> None:
+    """Lathes have no Y, and turn arcs in X and Z."""
+    machine = replace(table, axes={k: replace(table.axes["X"], letter=k) for k in "XZ"})
+    text = "G21 G90 G18 F1000\nG2 X0 Z0 I7.3 K-2.1\nG3 X3.1 Z-4.7 R9.77\nM2\n"
+    assert len(list(cncgen.plan(cncgen.read_text(text, "turned.ngc"), machine))) == 1
+
+
 def travel_faults(text: str) -> list[tuple[int, str]]:
     """Return line and message of what a program does beyond the travel of the X-Y table, −500 to 500 mm."""
     with pytest.raises(NoPlanError) as caught:
