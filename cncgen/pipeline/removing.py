@@ -318,14 +318,17 @@ def coarse_findings(name: str, options: ReadOptions, content: bytes | None = Non
     # Without the shape of a raw piece there is nothing to cut.
     if b"BLOCK" not in data.upper() and b"RIGHT_CIRCULAR_CYLINDER" not in data.upper():
         return []
-    found = [d for d in _coarsely_cut(data, name, options) if d.code != "cut-plunge"]
-    from cncgen.removal.walk import CutWalk
-
-    if any(d.hint == CutWalk.FINER for d in found):
+    found = _coarsely_cut(data, name, options)
+    untold = {"cut-plunge"}
+    if any(d.code == "cut-narrow" for d in found):
         # A tool may be too narrow for the coarse grid alone; then what is left is not its fault.
-        found = [d for d in found if d.hint != CutWalk.FINER and d.code != "cut-left"]
+        untold |= {"cut-narrow", "cut-left"}
     # A tool without a size is no mistake of the program.
-    return [replace(d, severity=Severity.WARNING) if d.code == "cut-tool" else d for d in found]
+    return [
+        replace(d, severity=Severity.WARNING) if d.code == "cut-tool" else d
+        for d in found
+        if d.code not in untold
+    ]
 
 
 def _coarsely_cut(data: bytes, name: str, options: ReadOptions) -> Sequence[Diagnostic]:

@@ -354,7 +354,7 @@ def _cut(
             on_lathe=on_lathe,
         )
         # The page has what is wrong with the cut; what is not cut would look like a part that is.
-        remarks.extend(item for item in removal.findings if item.code == "cut-tool")
+        remarks.extend(item for item in removal.findings if item.code in ("cut-tool", "cut-narrow"))
         return removal
     except UsageError as error:
         if shown_part is not None:

@@ -48,8 +48,9 @@ class _CutFault:
 
 @dataclass(slots=True)
 class _LeftOut:
-    """Motions with a tool that does not cut: their first line, how the tool can be told, and their way at the feed."""
+    """Motions with a tool that does not cut: the code of the finding, their first line, what helps, and their way at the feed."""
 
+    code: str
     line: int
     hint: str
     feed_mm: float = 0.0
@@ -69,9 +70,9 @@ class Findings:
     _faults: dict[tuple[str, int, str], _CutFault] = field(default_factory=dict)
     _unknown: dict[tuple[str, str], _LeftOut] = field(default_factory=dict)
 
-    def no_tool(self, name: str, lines: Lines, why: str, hint: str) -> None:
+    def no_tool(self, code: str, name: str, lines: Lines, why: str, hint: str) -> None:
         """Note motions that are left out, as their tool does not cut, and why."""
-        left = self._unknown.setdefault((name, why), _LeftOut(int(lines.line[0]), hint))
+        left = self._unknown.setdefault((name, why), _LeftOut(code, int(lines.line[0]), hint))
         at_feed = lines.ends[~lines.rapid]
         left.feed_mm += float(np.linalg.norm(at_feed[:, 3:] - at_feed[:, :3], axis=1).sum())
 
@@ -212,7 +213,7 @@ class Findings:
             text = f"{why.format(repr(name))}; its motions are left out, {left.feed_mm:.6g} mm of them at the feed"
             values = {"tool": name, "left_out_feed_mm": left.feed_mm}
             span, hint = Span(self.name, left.line), left.hint.format(name)
-            first.append(Diagnostic("cut-tool", text, severity, span, hint=hint, values=values))
+            first.append(Diagnostic(left.code, text, severity, span, hint=hint, values=values))
         self.found[:0] = first
 
     def _diagnostic(self, code: str, fault: _CutFault) -> Diagnostic:

@@ -126,12 +126,12 @@ class CutWalk(ABC):
         cutter = self._cutter()
         if isinstance(cutter, Cutter) and 2.0 * cutter.radius < self._narrowest:
             why = self.NARROW.format("{}", 2.0 * cutter.radius, self._narrowest)
-            self.findings.no_tool(state.tool or "*", lines, why, self.FINER)
+            self.findings.no_tool("cut-narrow", state.tool or "*", lines, why, self.FINER)
             return
         met = None if cutter is None else self._cut(lines, cutter, operation)
         if cutter is None or met is None:
             why = self.UNKNOWN if cutter is None else self.UNFIT
-            self.findings.no_tool(state.tool or "*", lines, why, self.TOOLS)
+            self.findings.no_tool("cut-tool", state.tool or "*", lines, why, self.TOOLS)
             return
         self.findings.judge(
             lines, met, operation, cutter, 0 if state.tapping else state.direction, state.tapping

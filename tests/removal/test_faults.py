@@ -133,10 +133,10 @@ def test_a_tool_narrower_than_a_cell_is_told_and_not_one_as_wide():
     """It cut next to nothing, no fault of it was found, and all was said to hold."""
     removal = run(line(-20, 15, -3), line(20, 15, -3), tool="flat:0.199")
     (found,) = removal.findings
-    assert (found.code, found.severity, found.values["left_out_feed_mm"]) == ("cut-tool", "error", 48.0)
+    assert (found.code, found.severity, found.values["left_out_feed_mm"]) == ("cut-narrow", "error", 48.0)
     assert "0.199 mm is narrower than a cell of 0.2 mm" in found.message
     assert not removal.holds
-    assert codes(run(line(-20, 15, -3), line(20, 15, -3), tool="flat:0.2")) != ["cut-tool"]
+    assert codes(run(line(-20, 15, -3), line(20, 15, -3), tool="flat:0.2")) != ["cut-narrow"]
 
 
 def test_gcode_is_cut_with_the_diameters_of_the_tool_table(tmp_path):
