@@ -6,6 +6,8 @@ import ast
 from fnmatch import fnmatchcase
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "cncgen"
 
@@ -92,7 +94,6 @@ OPEN_ARGUMENTS = {
     "toolpath/reading.py:_*": "whatever a caller of the library gave: it is checked here",
     "setpoints/checking.py:*": "whatever a caller of the library gave: it is checked here",
     "setpoints/record.py:_*": "whatever a caller of the library gave: it is checked here",
-    "pipeline/reading.py:*.asked": "options by name; `ReadOptions` checks each",
     "cli/options.py:*": "what click passes on: values of all options",
     "cli/types.py:convert.value": "click: a text, or a default of the type",
     "cli/app.py:_show_warning.*": "what Python's warnings pass on, unused",
@@ -143,9 +144,13 @@ def test_arguments_have_the_type_of_what_they_take() -> None:
     assert [pattern for pattern, found in fitting.items() if not found] == [], "these are typed now"
 
 
-def test_keywords_of_plan_are_the_fields_of_its_options() -> None:
-    """Type checkers see them, since `plan(**asked)` names no keyword itself."""
-    tree = ast.parse((PACKAGE / "planner" / "options.py").read_text(encoding="utf-8"))
+@pytest.mark.parametrize(
+    ("module", "words", "record"),
+    [("planner/options.py", "PlanWords", "PlanOptions"), ("toolpath/reading.py", "ReadWords", "ReadOptions")],
+)
+def test_keywords_are_the_fields_of_the_options(module: str, words: str, record: str) -> None:
+    """Type checkers see them, since `plan(**asked)` and `read(**asked)` name no keyword themselves."""
+    tree = ast.parse((PACKAGE / module).read_text(encoding="utf-8"))
     fields = {
         holder.name: {
             ast.unparse(each.target): ast.unparse(each.annotation)
@@ -155,5 +160,5 @@ def test_keywords_of_plan_are_the_fields_of_its_options() -> None:
         for holder in ast.walk(tree)
         if isinstance(holder, ast.ClassDef)
     }
-    assert len(fields["PlanOptions"]) > 10
-    assert fields["PlanWords"] == fields["PlanOptions"]
+    assert len(fields[record]) > 10
+    assert fields[words] == fields[record]

@@ -20,8 +20,9 @@ from cncgen.toolpath.reading import DIALECTS, ReadOptions
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any, BinaryIO
+    from typing import Any, BinaryIO, Unpack
 
+    from cncgen.toolpath.reading import ReadWords
     from cncgen.toolpath.record import Program, Toolpath
 
 #: The package that reads each language.
@@ -41,7 +42,7 @@ def read(
     *,
     language: str | None = None,
     options: ReadOptions | None = None,
-    **asked: Any,
+    **asked: Unpack[ReadWords],
 ) -> Program:
     """Open a program; its toolpath is read on demand (`Program.chunks`).
 
@@ -109,7 +110,7 @@ def read_text(
     *,
     language: str | None = None,
     options: ReadOptions | None = None,
-    **asked: Any,
+    **asked: Unpack[ReadWords],
 ) -> Program:
     """Read a program from memory; see `read`.
 

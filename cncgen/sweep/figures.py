@@ -10,6 +10,7 @@ import difflib
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, replace
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -111,6 +112,7 @@ def near_figures(name: str) -> str:
     return f"did you mean {' or '.join(near)}?" if near else f"figures: {', '.join(dict.fromkeys(shown))}"
 
 
+@cache
 def planning_options() -> tuple[str, ...]:
     """Return the names of the options of planning that a sweep may set: fields of `PlanOptions` with plain values."""
     from cncgen.planner import PlanOptions

@@ -45,8 +45,12 @@ def programs_of(reader: SweepReader, table: Mapping[str, Any], options: dict[str
             paths = [str(reader.folder / pattern)]
         if not paths:
             reader.fault("sweep-value", "programs", f"programs: no file is named {pattern}")
-        for path in paths:
-            name = os.path.relpath(path, reader.folder).replace(os.sep, "/")
+        names = [os.path.relpath(path, reader.folder).replace(os.sep, "/") for path in paths]
+        if names and found.keys() >= set(names):
+            reader.fault(
+                "sweep-value", "programs", f"programs: {pattern} names what stands before it already"
+            )
+        for name, path in zip(names, paths, strict=True):
             base = os.path.basename(path)
             found[name] = bundle_of(base, {**beside, base: _content(reader, "programs", Path(path))})
     return found
@@ -93,6 +97,8 @@ def machines_of(reader: SweepReader, table: Mapping[str, Any]) -> dict[str, Tabl
         reader.fault("sweep-missing", "machine", "machine: a sweep needs a machine, a profile or a file")
     found: dict[str, Tables] = {}
     for name in names:
+        if name in found:
+            reader.fault("sweep-value", key, f"{key}: {name} stands twice")
         where = name if name in profile_names() or os.path.isabs(name) else str(reader.folder / name)
         if name not in profile_names() and not os.path.exists(where):
             where = name

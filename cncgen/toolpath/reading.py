@@ -13,6 +13,7 @@ from cncgen.records import dataclass, field
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from pathlib import Path
+    from typing import TypedDict
 
     from cncgen.machine.kinematics import Kinematics
 
@@ -123,13 +124,42 @@ _RULES: tuple[tuple[tuple[str, ...], Callable[[object], bool], str], ...] = (
     (("units",), *_is_of(UNITS)),
     (("speed_unit",), *_is_of(SPEED_UNITS)),
     (("spindle_sign",), *_is_of(SPINDLE_SIGNS)),
-    (("tool_table", "parameters", "save_parameters"), _is_file_or_none, "the name of a file, or None"),
+    (("tool_table", "parameters", "save_parameters"), _is_file_or_none, "the name of a file"),
     (("include",), _are_folders, "a sequence of names of folders"),
     (("max_call_depth", "chunk_rows"), _is_count, "a whole number greater than 0"),
-    (("max_steps",), _is_count_or_none, "a whole number greater than 0, or None"),
+    (("max_steps",), _is_count_or_none, "a whole number greater than 0"),
     (
         ("least_increment", "fastest_spindle", "tolerance_mm"),
         _is_positive_or_none,
-        "a number greater than 0, or None",
+        "a number greater than 0",
     ),
 )
+
+
+if TYPE_CHECKING:
+
+    class ReadWords(TypedDict, total=False):
+        """The fields of `ReadOptions` as keywords, for type checkers."""
+
+        dialect: str
+        units: str
+        tool_table: Path | None
+        parameters: Path | None
+        inch_tables: bool
+        stand_alone: bool
+        tool_tips: bool
+        workingsteps: bool
+        tips_alone: bool
+        least_increment: float | None
+        fastest_spindle: float | None
+        kinematics: Kinematics | None
+        travel: tuple[tuple[str, float, float], ...]
+        save_parameters: Path | None
+        include: tuple[Path, ...]
+        block_delete: bool
+        speed_unit: str
+        spindle_sign: str
+        max_steps: int | None
+        max_call_depth: int
+        chunk_rows: int
+        tolerance_mm: float | None

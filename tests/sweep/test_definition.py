@@ -52,6 +52,29 @@ def test_brackets_in_names_are_no_pattern(folder: Path) -> None:
     assert list(load_sweep("a[1]/s.toml").programs) == ["part[2].nc"]
 
 
+@pytest.mark.parametrize(
+    ("head", "told"),
+    [
+        (
+            'programs = ["part.nc", "./part.nc"]\nmachine = "xy-table"\n',
+            "./part.nc names what stands before it",
+        ),
+        ('programs = ["*.nc", "part.nc"]\nmachine = "xy-table"\n', "part.nc names what stands before it"),
+        ('programs = ["part.nc"]\nmachines = ["xy-table", "xy-table"]\n', "xy-table stands twice"),
+    ],
+)
+def test_what_is_named_twice_is_told(with_sweep: Write, head: str, told: str) -> None:
+    """It was computed once, without a word."""
+    with pytest.raises(UsageError, match=told):
+        load_sweep(with_sweep(head))
+
+
+def test_a_pattern_may_take_in_a_program_before_it(with_sweep: Write, folder: Path) -> None:
+    (folder / "other.nc").write_text("G21 G1 X1 F100\nM2\n")
+    sweep = load_sweep(with_sweep('programs = ["part.nc", "*.nc"]\nmachine = "xy-table"\n'))
+    assert list(sweep.programs) == ["part.nc", "other.nc"]
+
+
 def test_every_fault_is_named_in_one_run_with_its_line(with_sweep: Write) -> None:
     text = """programs = ["part.nc", "missing-*.nc"]
 machine = "xy-tabel"
