@@ -257,6 +257,9 @@ def test_a_row_that_is_too_short_is_named():
         ),
         (np.arange(300.0), np.zeros(300), 0, "the period is 0; it is to be a number of seconds above 0"),
         (np.arange(300.0), np.zeros(300), "1 ms", "the period is '1 ms'"),
+        # A dead axis was fitted by a model with exit 0, 3e91 % beside it.
+        (np.arange(300.0), np.zeros(300), T, "the position does not change"),
+        (np.zeros(300), np.arange(300.0), T, "what the axis is given does not change"),
     ],
 )
 def test_what_is_no_log_is_said(fit, given, position, period_s, words):
