@@ -381,6 +381,7 @@ class _Run:
     ) -> None:
         from cncgen import planner
         from cncgen.report.page import SIGNALS, Recording
+        from cncgen.setpoints.differencing import differenced
 
         how = as_read(options or planner.PlanOptions(), program)
         self._program, self._machine, self._with_servos = program, machine, with_servos
@@ -391,8 +392,11 @@ class _Run:
         self.recording: Recording = Recording(machine, axes, machine.period_s)
         trajectories = trajectories_of(self.summary.over_toolpaths(sound_for(program, how)), machine, how)
         watched = self.recording.over_trajectories(self.summary.over_trajectories(trajectories))
-        stream = sample(Plan(program, machine, watched, how.keeps_limits, how), SIGNALS)
-        self._chunks = self.recording.over_setpoints(self.summary.over_setpoints(stream.chunks))
+        # The velocities of strategies that keep no limit of an axis jump, which their own derivatives do not show.
+        signals = [name for name in SIGNALS if how.keeps_limits or name not in ("acc", "jerk")]
+        stream = sample(Plan(program, machine, watched, how.keeps_limits, how), signals)
+        chunks = stream.chunks if how.keeps_limits else differenced(stream.chunks)
+        self._chunks = self.recording.over_setpoints(self.summary.over_setpoints(chunks))
 
     def drawn(self) -> Verdict | None:
         """Draw the plan to its end; return the verdict on it, or None of one without setpoints."""

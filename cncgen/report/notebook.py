@@ -32,8 +32,7 @@ def setpoints_page(setpoints: Setpoints, machine: Machine | None = None) -> str:
     """Return the page on setpoints; without signals of their own these are differences, beside the limits of a machine."""
     machine = machine or Machine("setpoints", {}, period_s=setpoints.period_s)
     recording = Recording(machine, setpoints.axes, setpoints.period_s)
-    watched = [setpoints] if "jerk" in setpoints.signals else differenced([setpoints])
-    for _ in recording.over_setpoints(watched):
+    for _ in recording.over_setpoints(differenced([setpoints])):
         pass
     return html("Setpoints", [Contents("setpoints", machine, recording, {})])
 

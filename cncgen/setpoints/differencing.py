@@ -12,7 +12,7 @@ from cncgen.setpoints.record import Setpoints
 
 
 def differenced(chunks: Iterable[Setpoints]) -> Iterator[Setpoints]:
-    """Yield chunks with the signals ``vel``, ``acc``, ``jerk`` and ``feed``.
+    """Yield chunks with the signals ``vel``, ``acc``, ``jerk`` and ``feed``; those that a chunk has are kept.
 
     They are backward differences; before the first row the axes stand. The feed is the speed in X Y Z, else that in U V W.
     """
@@ -32,4 +32,4 @@ def differenced(chunks: Iterable[Setpoints]) -> Iterator[Setpoints]:
             k for k, letter in enumerate(chunk.axes) if letter in "UVW"
         ]
         signals["feed"] = np.sqrt((signals["vel"][:, linear] ** 2).sum(axis=1))
-        yield replace(chunk, signals={**chunk.signals, **signals})
+        yield replace(chunk, signals={**signals, **chunk.signals})

@@ -16,6 +16,7 @@ from cncgen.cli.app import run
 from cncgen.diagnostics import Severity, UsageError
 from cncgen.pipeline import ShownPart, report_page, variant_of
 from cncgen.pipeline.removing import cut
+from cncgen.report.page import Recording
 from cncgen.setpoints.differencing import differenced
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -48,6 +49,19 @@ def test_a_machine_settings_or_a_file(tmp_path: Path) -> None:
 def test_what_cannot_be_compared_is_named(what: str) -> None:
     with pytest.raises(UsageError, match=re.escape(what.split("=")[0])):
         variant_of(what)
+
+
+def test_charts_of_a_plan_that_jumps_show_its_jumps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """20 mm/s from rest in one period of 1 ms are 20,000 mm/s²; the plan's own acceleration is 0, and so was the chart's."""
+    seen: list[float] = []
+    take = Recording._take_motion
+    monkeypatch.setattr(
+        Recording,
+        "_take_motion",
+        lambda self, chunk: (seen.append(float(np.abs(chunk.signals["acc"]).max())), take(self, chunk)),
+    )
+    report_page(cncgen.read_text(SQUARE), "xy-table", cncgen.PlanOptions(feedrate="constant"))
+    assert max(seen) == pytest.approx(20_000.0, rel=1e-6)
 
 
 def test_a_page_has_all_of_the_plans(tmp_path: Path) -> None:
