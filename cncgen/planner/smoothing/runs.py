@@ -20,9 +20,6 @@ LEAST_TOLERANCE = 1e-6
 #: 1.0 % longer with `--effort fast` and 0.3 % with `best`. With no such bound 175 others take 0.6 % less with `fast`, but three of them
 #: up to 2.8 % longer, and with `best` one of 49 3.7 %.
 SHARPEST = -0.97
-#: A row on which further axes (as mm) move this many times what X Y Z do is not smoothed by X Y Z: it would take one of
-#: 25 random programs 1.3 % longer.
-_SIDEWAYS = 100.0
 #: Where tangents differ by less (as mm per mm), a joint with a row that is met exactly is smooth, and is kept so.
 TANGENT = 0.01
 
@@ -89,11 +86,10 @@ def classify(
     resting = rests(toolpath)
     away = max_over_axes(np.abs(toolpath.end - toolpath.starts)) if count else np.zeros(0)
     idle = (event & ~resting) | ((toolpath.kind == Kind.LINE) & (away <= STANDSTILL))
-    sideways = np.abs(entry[:, 3:]).max(axis=1, initial=0.0)
     within = (toolpath.kind == Kind.LINE) | (toolpath.kind == Kind.ARC)
     if free is not None:
         within |= free
-    fits = within & loose(toolpath) & (length > STANDSTILL) & ~idle & path.moves_xyz & (sideways < _SIDEWAYS)
+    fits = within & loose(toolpath) & (length > STANDSTILL) & ~idle & path.moves_xyz
     parts = np.ones(count, bool)
     member = fits | idle
     parts[1:] = member[1:] != member[:-1]
@@ -102,8 +98,11 @@ def classify(
     met = np.einsum("ij,ij->i", leave[one, :3], entry[two, :3]) < SHARPEST
     met |= swift[one] != swift[two]
     if chords is not None:
-        narrow, near = (np.minimum(each[one], each[two]) for each in (toolpath.tolerance, length))
-        met |= chords.unseen(narrow, norm(entry[two] - leave[one]), near)
+        # Over all axes: beside X Y Z that hardly move, a small turn of the others is a large one.
+        size = norm(entry)
+        narrow, near = (np.minimum(each[one], each[two]) for each in (toolpath.tolerance, length * size))
+        before, behind = leave[one] / norm(leave[one])[:, None], entry[two] / size[two][:, None]
+        met |= chords.unseen(narrow, norm(behind - before), near)
     parts[two[met]] = True
     return Classes(fits, idle, parts, entry, leave)
 

@@ -51,8 +51,8 @@ def smooth(chunks: Iterable[Toolpath], machine: Machine | None = None) -> Iterat
 
     Runs of LINE and ARC rows under G64, and the ends of NURBS rows that meet their neighbours in corners, become NURBS
     rows of degree 4 that stay within the tolerance of their rows: the distance over all axes, one degree counted as one
-    millimetre (`ROTARY_RADIUS`), is at most P. G61, G61.1, the rest of NURBS rows, rows that move X Y Z hardly
-    or not, corners of more than 166°, and places where rapids and feeds meet or the axes rest are met exactly; so is the path
+    millimetre (`ROTARY_RADIUS`), is at most P. G61, G61.1, the rest of NURBS rows, rows that are not
+    measured by X Y Z, corners of more than 166°, and places where rapids and feeds meet or the axes rest are met exactly; so is the path
     where its tolerance is 0 or not known.
 
     Args:
