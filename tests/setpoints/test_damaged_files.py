@@ -6,6 +6,7 @@ import io
 import random
 import struct
 import sys
+import warnings
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cncgen.diagnostics import UsageError
+from cncgen.diagnostics import RemarkWarning, UsageError
 from cncgen.setpoints.readers import open_setpoints
 from cncgen.setpoints.record import Setpoints
 from cncgen.setpoints.writers import FORMATS
@@ -370,3 +371,27 @@ def test_other_signs_between_columns_are_named(tmp_path: Path, sign: str, name: 
     (tmp_path / "a.csv").write_text(f"t_s{sign}x_mm\n0{sign}0\n")
     with pytest.raises(UsageError, match=f"has {name} between the columns, and a CSV file has commas"):
         open_setpoints(str(tmp_path / "a.csv")).__enter__()
+
+
+@pytest.mark.parametrize(("kind", "digits"), [("csv", 1), ("hal", 1), ("csp", 0)])
+def test_a_text_that_ends_amid_a_number_is_warned_of(
+    tmp_path: Path, whole: dict[str, bytes], kind: str, digits: int
+) -> None:
+    """Cut by its line end and a digit, each row still has all its numbers; the last one of csp has one digit."""
+    path = tmp_path / f"a.{kind}"
+    text = whole[kind].rstrip()
+    path.write_bytes(text[: len(text) - digits])
+    with pytest.warns(RemarkWarning, match="setpoints-end"):
+        read(path)
+
+
+@pytest.mark.parametrize(("kind", "keep"), [("csv", 0), ("hal", 0), ("csp", 0), ("jsonl", 1)])
+def test_a_text_that_is_whole_is_not_warned_of(
+    tmp_path: Path, whole: dict[str, bytes], kind: str, keep: int
+) -> None:
+    """An object of JSON is whole by its bracket."""
+    path = tmp_path / f"a.{kind}"
+    path.write_bytes(whole[kind].rstrip() if keep else whole[kind])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        read(path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -92,6 +93,23 @@ def warn_of_columns(names: Sequence[str], name: str) -> None:
         raise UsageError(errors)
     for remark in found:
         warnings.warn(RemarkWarning(remark), stacklevel=2)
+
+
+def warn_of_end(last: bytes, name: str) -> None:
+    """Warn of the last line of a text that ends amid a number (``setpoints-end``): more digits may be missing, which nothing else shows.
+
+    Some programs end no file with a line end, so it is no error. An object of JSON ends with its bracket.
+    """
+    if not last[-1:].isdigit() and last[-1:] != b".":
+        return
+    number = re.split(rb"[,\s]", last)[-1][-40:].decode("ascii", "replace")
+    found = Diagnostic(
+        "setpoints-end",
+        f"{name} has no line end behind its last number, {number}: digits or rows may be missing",
+        severity=Severity.WARNING,
+        hint="get the whole file, unless the program that wrote it ends no file with a line end",
+    )
+    warnings.warn(RemarkWarning(found), stacklevel=2)
 
 
 def stream_of(

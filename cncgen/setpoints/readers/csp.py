@@ -15,7 +15,7 @@ from cncgen.machine.drives import drive_faults, drive_of
 from cncgen.machine.record import Drive
 from cncgen.setpoints.columns import file_units
 from cncgen.setpoints.drive_units import frame_type, positions
-from cncgen.setpoints.readers.blocks import FileBlock
+from cncgen.setpoints.readers.blocks import FileBlock, warn_of_end
 from cncgen.setpoints.readers.f64 import check_rows
 from cncgen.setpoints.readers.tables import stated_period
 from cncgen.units import AXIS_LETTERS
@@ -44,6 +44,7 @@ def blocks(file: BinaryIO, name: str, axes: str | None, period_s: float | None) 
             lines = file.readlines(_BYTES)
         if not lines:
             return
+        warn_of_end(lines[-1], name)
         matrix = _numbers(lines, len(wanted), name, row)
         row += len(matrix)
         frames = dict(zip(wanted, matrix.T, strict=True))

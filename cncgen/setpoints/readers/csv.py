@@ -18,7 +18,7 @@ from cncgen.diagnostics import Diagnostic, Span, UsageError, excerpt_of
 from cncgen.files import STANDARD_INPUT, reading_faults, utf8_of
 from cncgen.kernels import decimal_rows as kernel
 from cncgen.setpoints.columns import POSITION_COLUMNS
-from cncgen.setpoints.readers.blocks import FileBlock, RowFaults, warn_of_columns
+from cncgen.setpoints.readers.blocks import FileBlock, RowFaults, warn_of_columns, warn_of_end
 
 #: Bytes read at a time.
 BLOCK_BYTES = 1 << 20
@@ -77,6 +77,7 @@ def line_blocks(file: BinaryIO, name: str) -> Iterator[bytes]:
         if feed:
             yield whole + feed
     if rest:
+        warn_of_end(rest, name)
         yield rest + b"\n"
 
 
