@@ -43,8 +43,6 @@ Floats = NDArray[np.float64]
 logging.getLogger("matplotlib").setLevel(logging.ERROR)
 
 FORMATS = (".png", ".svg", ".pdf")
-#: Suffixes of files that are not written, so a name with one does not name a folder.
-_OTHER_FORMATS = (".jpg", ".jpeg", ".gif", ".bmp", ".tif", ".tiff", ".webp", ".ps", ".eps", ".html", ".csv")
 #: Points a line is thinned to, keeping the extremes of each stretch.
 MAX_POINTS = 20_000
 #: Colours that differ for the colour-blind too (Okabe and Ito), in the order lines take them.
@@ -130,16 +128,20 @@ def save(figure: Figure, path: str | Path) -> None:
 
 
 def check_folder(path: str | Path) -> None:
-    """Refuse a name that is no folder's.
+    """Refuse a name that is no folder's: with a suffix it is a file's, unless a slash ends it or the folder exists.
 
     Raises:
         UsageError: It is that of a file in a format that is not written (``plot-format``), or of a file that exists.
     """
     target = Path(path)
-    if target.suffix.lower() in _OTHER_FORMATS:
-        raise UsageError(Diagnostic("plot-format", f"{path}: pictures are written as {', '.join(FORMATS)}"))
-    if os.path.exists(target) and not os.path.isdir(target):
+    is_folder = os.path.isdir(target)
+    if os.path.exists(target) and not is_folder:
         raise UsageError(Diagnostic("file-write", f"cannot write pictures into {path}: it is a file"))
+    if target.suffix and not is_folder and not os.fspath(path).endswith(("/", os.sep)):
+        hint = f"a folder is named with a slash at its end: {path}/"
+        raise UsageError(
+            Diagnostic("plot-format", f"{path}: pictures are written as {', '.join(FORMATS)}", hint=hint)
+        )
 
 
 def folder(path: str | Path) -> Path:

@@ -243,7 +243,7 @@ def check_target(kinds: Sequence[str] | None, output: str) -> None:
     check_installed()
     target = Path(output)
     if target.suffix.lower() not in FORMATS:
-        check_folder(target)
+        check_folder(output)  # as it was given: a path drops the slash at its end
     elif kinds is None or len(kinds) != 1:
         hint = f"name a folder, or one of them: --kinds {kinds[0] if kinds else 'path'}"
         raise UsageError(Diagnostic("plot-kind", f"{output} is one file for several pictures", hint=hint))
@@ -266,7 +266,7 @@ def draw(data: PlotData, kinds: Sequence[str], output: str) -> list[str]:
     for kind in kinds:
         file = target / f"{kind}.png"
         figure = KINDS[kind](data)
-        folder(target)  # not before there is something to put into it
+        folder(output)  # not before there is something to put into it
         save(figure, file)
         files.append(str(file))
     return files

@@ -79,6 +79,17 @@ def test_curvature_of_a_circle_is_one_over_its_radius():
     assert figure.axes[0].get_lines()[0].get_ydata() == pytest.approx(np.full(498, 0.1), rel=1e-4)
 
 
+@pytest.mark.parametrize("name", ["name.xyz", "v1.2"])
+def test_a_name_with_a_suffix_is_a_folder_where_one_exists_or_a_slash_ends_it(tmp_path, name):
+    with pytest.raises(UsageError, match="plot-format"):
+        plots.draw(data(), ["path"], str(tmp_path / name))
+    assert not list(tmp_path.iterdir())
+    for _ in range(2):
+        files = plots.draw(data(), ["path"], f"{tmp_path / name}/")
+        assert files == [str(tmp_path / name / "path.png")]
+    assert plots.draw(data(), ["path"], str(tmp_path / name)) == files
+
+
 def test_what_is_missing_is_said(tmp_path):
     rows = np.column_stack([np.arange(50.0), np.zeros(50)])
     bare = of_setpoints([Setpoints("XY", 0.001, 0, rows)], "bare")
