@@ -36,6 +36,8 @@ Floats = NDArray[np.float64]
 #: V of the extra-insensitive shaper.
 TOLERABLE = 0.05
 SHAPERS = ("zv", "zvd", "ei", "mzv")
+#: Setpoints that a shaper lasts at most. Shaping takes as many operations for each setpoint, and each mode of a machine is over sooner.
+LONGEST_SHAPER = 100_000
 #: Weights may be below 0 by this, from rounding.
 _ROUNDING = 1e-12
 
@@ -93,13 +95,22 @@ def taps(shaper: str, modes: Sequence[Mode], period_s: float) -> Floats:
     """Return a shaper of several modes at the setpoints' period, shape (n,): u[k] = Σ taps[i] y[k − i].
 
     Raises:
-        UsageError: As `impulses`; or a mode is beyond half the setpoints' frequency.
+        UsageError: As `impulses`; a mode is beyond a quarter of the setpoints' frequency; or the shaper lasts longer than
+            `LONGEST_SHAPER` setpoints.
     """
     if not modes:
         raise wrong("a shaper needs a mode: its frequency in Hz and its damping")
+    rows = [impulses(shaper, mode) for mode in modes]
+    length_s = sum(float(found.times[-1]) for found in rows)
+    if length_s > LONGEST_SHAPER * period_s:
+        slowest = min(mode.frequency_hz for mode in modes)
+        raise wrong(
+            f"a {shaper} shaper for {slowest:g} Hz lasts {length_s:.4g} s, {length_s / period_s:.4g} setpoints of {1e3 * period_s:g} ms; "
+            f"{LONGEST_SHAPER} is the limit",
+            "frequencies of --modes are in Hz",
+        )
     result = np.ones(1)
-    for mode in modes:
-        found = impulses(shaper, mode)
+    for mode, found in zip(modes, rows, strict=True):
         if mode.frequency_hz * period_s >= 0.25:
             raise wrong(
                 f"a mode of {mode.frequency_hz:g} Hz is too fast to be shaped by setpoints every {1e3 * period_s:g} ms: "

@@ -114,6 +114,8 @@ def test_the_error_of_the_path_is_that_of_a_smaller_circle():
         ("zv", [Mode(38.0, 1.0)], "does not vibrate"),
         ("zv", [Mode(0.0, 0.1)], "does not vibrate"),
         ("zv", [Mode(300.0, 0.1)], "too fast"),
+        # Half a period: 0.5 / 1e-9 Hz = 5e8 s without damping.
+        ("zv", [Mode(1e-9, 0.0)], r"1e-09 Hz lasts 5e\+08 s, 5e\+11 setpoints of 1 ms; 100000 is the limit"),
     ],
 )
 def test_what_nobody_can_shape_is_refused(shaper, modes, words):
