@@ -735,6 +735,26 @@ def test_the_part_that_is_cut_is_shown_with_what_is_wrong_with_it(
     assert browser.complaints() == []
 
 
+def test_a_shallow_floor_has_another_colour_than_the_top(
+    browser: Browser, tmp_path: Path, cncgen: Callable[..., Any]
+) -> None:
+    """A slot 0.2 mm deep in a block of 20 mm: an eye tells a grey from another that is 2 % brighter (Weber's law)."""
+    (tmp_path / "a.nc").write_text("G21 G90 G61 S1000 M3\nG0 X-10 Y15\nG1 Z-0.2 F3000\nX50\nG0 Z10\nM2\n")
+    words = ("--stock", "box:0,0,-20,40,30,0", "--tool", "*=flat:8", "--cell", "0.25")
+    assert cncgen("report", "a.nc", *words, "-o", "page.html").returncode == 0
+    browser.open(tmp_path / "page.html")
+    browser.click("[data-view=iso]")
+    settled(browser)
+    top, floor = browser.run(
+        "const { scene } = cncgen, r = scene.ratio, one = document.createElement('canvas').getContext('2d'); scene.draw();"
+        "return [[20, 25, 0], [20, 17, -0.2]].map((place) => { const [x, y] = scene.camera.project(...place);"
+        "one.clearRect(0, 0, 1, 1); one.drawImage(scene.canvas, -Math.round(x * r), -Math.round(y * r));"
+        "return [...one.getImageData(0, 0, 1, 1).data] })"
+    )
+    assert top[3] == floor[3] == 255
+    assert all(a > 1.05 * b for a, b in zip(top[:3], floor[:3], strict=True))
+
+
 def test_short_lines_are_named_and_rotary_axes_drawn(
     browser: Browser, tmp_path: Path, cncgen: Callable[..., Any]
 ) -> None:

@@ -1,4 +1,4 @@
-// WebGL2: paths as quads of a width in pixels, whose colours come from a row of a texture; surfaces of one colour, each triangle as
+// WebGL2: paths as quads of a width in pixels, whose colours come from a row of a texture; surfaces, each triangle as
 // bright as it faces the light. Points stand in textures, from which each corner takes its segment's ends: an instance a segment
 // takes a graphics card that the processor plays ten times as long.
 
@@ -83,12 +83,17 @@ in vec3 place;
 uniform vec3 toward;
 uniform vec3 light;
 uniform vec4 solid;
+uniform vec4 deep;
+uniform vec2 under;
 out vec4 colour;
 void main() {
   vec3 normal = normalize(cross(dFdx(place), dFdy(place)));
   if (dot(normal, toward) < 0.0) normal = -normal;
   float bright = 0.52 + 0.36 * dot(normal, toward) + 0.2 * dot(normal, light);
-  colour = vec4(solid.rgb * bright, solid.a);
+  // A floor faces as the top does: its colour alone tells it, by the logarithm of its depth, so that shallow cuts show on tall parts.
+  float depth = log(1.0 + 1000.0 * max(0.0, under.x - place.z) * under.y) / log(1001.0);
+  vec4 tint = mix(solid, deep, depth);
+  colour = vec4(tint.rgb * bright, tint.a);
 }`;
 
 /** Return a WebGL2 context with what draws segments, or null where the browser has none. */
@@ -144,17 +149,20 @@ export function segmentDrawer(canvas) {
       gl.depthMask(true);
       this.vertices += 6 * buffer.count;
     },
-    /** Draw a `surface`: matrix, directions to the viewer (toward) and to the light, and its colour (solid). */
+    /** Draw a `surface`: matrix, directions to the viewer (toward) and to the light, its colours at the top (solid) and at the foot (deep), and `under`: the
+    Z of the top, and 1 over the height, or 0 for one colour. */
     fill(buffer, how) {
       if (!filling) {
         const made = linked(gl, SURFACE_VERTEX, SURFACE_FRAGMENT);
-        filling = { made, place: uniforms(gl, made, ["matrix", "toward", "light", "solid"]) };
+        filling = { made, place: uniforms(gl, made, ["matrix", "toward", "light", "solid", "deep", "under"]) };
       }
       gl.useProgram(filling.made);
       gl.uniformMatrix4fv(filling.place.matrix, false, how.matrix);
       gl.uniform3fv(filling.place.toward, how.toward);
       gl.uniform3fv(filling.place.light, how.light);
       gl.uniform4fv(filling.place.solid, how.solid);
+      gl.uniform4fv(filling.place.deep, how.deep);
+      gl.uniform2fv(filling.place.under, how.under);
       // A path on the surface is over it.
       gl.enable(gl.POLYGON_OFFSET_FILL);
       gl.polygonOffset(1, 4);

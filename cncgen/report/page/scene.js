@@ -184,7 +184,10 @@ export class Scene {
     this.surfaceShown = this.surface && this.showSurface && (!this.moving || this.surface.count + taken <= MOVING_VERTICES);
     if (this.surfaceShown) {
       const { toward, up, right } = camera.frame();
-      drawer.fill(this.surface, { matrix, toward, light: [0, 1, 2].map((k) => 0.8 * up[k] - 0.6 * right[k]), solid: colours.surface });
+      const light = [0, 1, 2].map((k) => 0.8 * up[k] - 0.6 * right[k]), [low, top] = [this.surface.box[2], this.surface.box[5]];
+      // A turned part has no top.
+      const under = [top, this.turned || top <= low ? 0 : 1 / (top - low)];
+      drawer.fill(this.surface, { matrix, toward, light, solid: colours.surface, deep: colours.deep, under });
     }
     // The first part lies over the others, also where nothing has a depth.
     [...this.layers].reverse().forEach((layer) => {
@@ -259,8 +262,8 @@ export class Scene {
 }
 
 const COLOURS = {
-  dark: { surface: [0.4, 0.46, 0.55, 1], grid: [0.55, 0.62, 0.72, 0.16], rapid: [0.62, 0.66, 0.74, 0.6], other: [0.95, 0.62, 0.9, 0.75], highlight: [1, 1, 1, 1] },
-  light: { surface: [0.8, 0.83, 0.87, 1], grid: [0.2, 0.25, 0.35, 0.14], rapid: [0.42, 0.46, 0.54, 0.65], other: [0.7, 0.1, 0.6, 0.6], highlight: [0.05, 0.07, 0.12, 1] },
+  dark: { surface: [0.46, 0.52, 0.6, 1], deep: [0.2, 0.25, 0.34, 1], grid: [0.55, 0.62, 0.72, 0.16], rapid: [0.62, 0.66, 0.74, 0.6], other: [0.95, 0.62, 0.9, 0.75], highlight: [1, 1, 1, 1] },
+  light: { surface: [0.8, 0.83, 0.87, 1], deep: [0.46, 0.53, 0.64, 1], grid: [0.2, 0.25, 0.35, 0.14], rapid: [0.42, 0.46, 0.54, 0.65], other: [0.7, 0.1, 0.6, 0.6], highlight: [0.05, 0.07, 0.12, 1] },
 };
 
 function gathered(bytes, rows) {
