@@ -275,7 +275,12 @@ class Interpreter:
         return end
 
     def go(self, end: list[float], *, rapid: bool = False) -> None:
-        """Go to an end point in a straight line."""
+        """Go to an end point in a straight line; under G93 a feed takes its F, as its block alone has said it."""
+        if not rapid and self.state.feed_mode == 93:
+            here = self.state.position
+            # Where X Y Z stand still, the way is that of the rotary axes.
+            way = math.dist(here[:3], end[:3]) or math.dist(here[3:6], end[3:6])
+            self.sink.set_inverse_time(self.state.feed, way)
         (self.sink.straight_traverse if rapid else self.sink.straight_feed)(end)
         self.state.position, self.state.moved = end, True
 

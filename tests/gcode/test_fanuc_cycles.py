@@ -241,3 +241,26 @@ def test_wrong_steps_of_haas(run: Any, words: str) -> None:
     assert [error[0] for error in run(START + f"G83 X1 Z-5 R2 {words}\nM30", dialect="fanuc").errors] == [
         "cycle-peck"
     ]
+
+
+@pytest.mark.parametrize(
+    "block",
+    [
+        "G93 G81 X1 Z-5 R2 F10",
+        "G93 G83 X1 Z-5 R2 Q1 F10",
+        "G81 X1 Z-5 R2\nG93 X4 F10",
+        "G93 G184 Z-5 F10",
+        "G93 G13 D1 I5 F10",
+    ],
+)
+def test_a_cycle_under_inverse_time_is_refused(run: Any, block: str) -> None:
+    """Its feeds took the time of the last line, or no end: RS274/NGC, 3.5.16, has it that F is no inverse time there."""
+    out = run("G10 L12 P1 R2\n" + START + block + "\nM30", dialect="fanuc")
+    assert [error[0] for error in out.errors] == ["cycle-feed-mode"]
+
+
+def test_a_skip_under_inverse_time_takes_its_f(run: Any) -> None:
+    """F6 under G93 is ten seconds, whatever the line before took (0.1/s), and also as the first line."""
+    out = run("G93\nG31 X5 F6\nG1 X9 F30\nG31 X2 F6\nM30", dialect="fanuc")
+    feeds = out.path.feed[out.path.kind == 0]
+    assert feeds.tolist() == pytest.approx([0.1, 0.5, 0.1])

@@ -13,7 +13,7 @@ from collections.abc import Callable, Set
 from functools import partial
 
 from cncgen.gcode.block import AXES, Block
-from cncgen.gcode.codes.lines import check_feed
+from cncgen.gcode.codes.lines import check_cycle_feed, check_feed
 from cncgen.gcode.codes.spindle import TURNS, turn_to
 from cncgen.gcode.codes.table import IS_CYCLE, Code
 from cncgen.gcode.errors import BlockError
@@ -320,11 +320,9 @@ def _check_block(ip: Interpreter, block: Block, number: int) -> None:
     rotary = next((letter for letter in "abc" if letter in block.words), None)
     if rotary:
         raise BlockError("cycle-rotary", f"{name} cannot turn an axis: {rotary.upper()}", rotary.upper())
-    if state.feed_mode == 93:
-        raise BlockError("cycle-feed-mode", f"{name} needs G94 or G95, and G93 is in force", name)
     words = state.cycle.words if isinstance(state.cycle, Sticky) else {}
     demand(words, "r" + AXES[state.plane_axes()[2]] + ("ijk" if number == 870 else ""), name)
-    check_feed(ip, block, name)
+    check_cycle_feed(ip, block, name)
 
 
 def demand(words: dict[str, float], needs: str, name: str) -> None:

@@ -26,7 +26,7 @@ from cncgen.gcode.codes.canned_cycles import (
 )
 from cncgen.gcode.codes.dwell import has_point, seconds_of
 from cncgen.gcode.codes.lathe_fanuc import increments
-from cncgen.gcode.codes.lines import check_feed, need_axis
+from cncgen.gcode.codes.lines import check_cycle_feed, need_axis
 from cncgen.gcode.codes.spindle import turn_to
 from cncgen.gcode.codes.table import IS_CYCLE, LATHE, Code, table
 from cncgen.gcode.errors import BlockError
@@ -337,7 +337,7 @@ def check_words(ip: Interpreter, block: Block, number: int, words: dict[str, flo
         text = f"{name} has no R: the hole begins where the tool stands, at {words['r']:g}, as on Haas's controls"
         _doubt(ip, text, "R is the height that the hole begins at; other controls take 0, or refuse it")
     check_cut(words, needs, name)
-    check_feed(ip, block, name)
+    check_cycle_feed(ip, block, name)
 
 
 def _doubt(ip: Interpreter, text: str, hint: str) -> None:
@@ -373,7 +373,7 @@ def _tap_to(ip: Interpreter, block: Block, direction: int) -> None:
     """G174 or G184 of Haas's mills: a tap from where the tool stands to a place, along any line, and back."""
     name = f"G{1740 // 10 if direction < 0 else 1840 // 10}"
     need_axis(block, name, "X Y Z are the bottom of the hole")
-    check_feed(ip, block, name)
+    check_cycle_feed(ip, block, name)
     start, spindle = ip.state.position.copy(), Hole(ip, block, 2, 0.0, 0.0, 0.0, {}, 0)
     if ip.state.direction != direction:
         spindle.turn(direction)

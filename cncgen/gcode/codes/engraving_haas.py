@@ -14,7 +14,7 @@ import re
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.letters import strokes
-from cncgen.gcode.codes.lines import check_feed
+from cncgen.gcode.codes.lines import check_cycle_feed
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.grammars.terminals import FANUC
@@ -35,7 +35,7 @@ def engrave(ip: Interpreter, block: Block) -> None:
         (not ip.state.absolute, "not-read", "G47 P in G91 is not read", "G90 stands before it"),
         (height <= 0.0, "cycle-words", f"J{height:g} of G47 is no height of letters", "J is above 0"),
     )  # fmt: skip
-    check_feed(ip, block, "G47")
+    check_cycle_feed(ip, block, "G47")
     message = (
         "G47 engraves letters of our own: those of the control are not published, and are longer or shorter"
     )

@@ -12,7 +12,7 @@ from functools import partial
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.cutter_compensation import tool_of_radius
 from cncgen.gcode.codes.flat_cutter import FlatCutter
-from cncgen.gcode.codes.lines import check_feed
+from cncgen.gcode.codes.lines import check_cycle_feed
 from cncgen.gcode.codes.steps import MOST, steps_of
 from cncgen.gcode.codes.table import Code
 from cncgen.gcode.codes.tools import whole
@@ -60,7 +60,7 @@ def _pocket(ip: Interpreter, block: Block, name: str, sense: int) -> None:
         (elsewhere, "cycle-plane", f"{name} works in G17 and G40", "use G17 and G40 before it"),
         (bare, "comp-diameter", f"{name} has no D", "D is the number of the tool's radius, D0 none"),
     )
-    check_feed(ip, block, name)
+    check_cycle_feed(ip, block, name)
     tool = tool_of_radius(ip, block, name)
     radii = _radii(block.words, name, abs(tool.diameter) * ip.table_scale() / 2.0)
     cutter = FlatCutter(ip)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from cncgen.gcode.block import AXIS_INDEX, Block
 from cncgen.gcode.codes.table import IN_MACHINE, Code
 from cncgen.gcode.errors import BlockError
@@ -38,6 +36,17 @@ def check_feed(ip: Interpreter, block: Block, name: str) -> None:
         ip.fault_once("spindle-stopped", message, name)
 
 
+def check_cycle_feed(ip: Interpreter, block: Block, name: str) -> None:
+    """As `check_feed`, of a cycle, whose F is a speed: its motions are many, and an inverse time would be of one (RS274/NGC, 3.5.16).
+
+    Raises:
+        BlockError: G93 is in force.
+    """
+    if ip.state.feed_mode == 93:
+        raise BlockError("cycle-feed-mode", f"{name} needs G94 or G95, and G93 is in force", name)
+    check_feed(ip, block, name)
+
+
 def inverse_rate(ip: Interpreter) -> float | None:
     """Return the rate (1/min) of a motion in inverse time mode, None in the others."""
     return ip.state.feed if ip.state.feed_mode == 93 else None
@@ -69,12 +78,7 @@ def feed(ip: Interpreter, block: Block) -> None:
     state.motion = 10
     if state.feed_mode != 94 or state.feed == 0.0:
         check_feed(ip, block, "G1")
-    end = ip.end_point(block)
-    if state.feed_mode == 93:
-        here = state.position
-        # Where X Y Z stand still, the way is that of the rotary axes.
-        ip.sink.set_inverse_time(state.feed, math.dist(here[:3], end[:3]) or math.dist(here[3:6], end[3:6]))
-    ip.go(end)
+    ip.go(ip.end_point(block))
 
 
 def cancel(ip: Interpreter, block: Block) -> None:

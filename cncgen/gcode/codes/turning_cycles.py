@@ -14,7 +14,7 @@ import math
 from functools import partial
 
 from cncgen.gcode.block import Block
-from cncgen.gcode.codes.lines import check_feed
+from cncgen.gcode.codes.lines import check_cycle_feed
 from cncgen.gcode.codes.modes import is_unit
 from cncgen.gcode.codes.table import COMPENSATION, Code
 from cncgen.gcode.codes.tools import whole
@@ -93,7 +93,7 @@ def _prepare(ip: Interpreter, block: Block, name: str, swap: bool) -> TurningJob
     if state.plane != 18:
         raise BlockError("profile-plane", f"{name} works in plane G18, not in G{state.plane}", name)
     number = whole(block, "q", name)
-    check_feed(ip, block, name)
+    check_cycle_feed(ip, block, name)
     end = ip.end_point(Block(block.only("xz")))
     ip.go(end, rapid=True)
     try:
