@@ -39,7 +39,7 @@ class Computer(Jumps):
         lines, units: How many lines the last run read, and units of work that its calls were beside them.
         back: The O-word, by offset and line, whose jump back ended the last run, or None; `away`, where it led to in another text.
         reached, reached_line: The first line that was never reached outside of calls.
-        passed: Lines outside of calls that a jump led past when they were reached: offset and line of the first, offset of the one behind.
+        skipped: Lines outside of calls that a jump led past when they were reached: offset and line of the first, offset of the one behind.
         since: Lines read since that line, or since whoever looks set it to 0.
         ran, ran_line: The line that was read last.
     """
@@ -50,7 +50,7 @@ class Computer(Jumps):
     back = cython.declare(object, visibility="public")
     reached = cython.declare(cython.Py_ssize_t, visibility="public")
     reached_line = cython.declare(cython.longlong, visibility="public")
-    passed = cython.declare(list, visibility="public")
+    skipped = cython.declare(list, visibility="public")
     since = cython.declare(cython.Py_ssize_t, visibility="public")
     ran = cython.declare(cython.Py_ssize_t, visibility="public")
     ran_line = cython.declare(cython.longlong, visibility="public")
@@ -62,7 +62,7 @@ class Computer(Jumps):
         self.pause = pause
         self.ran = self.ran_line = 0
         self.reached = self.reached_line = self.since = 0
-        self.passed = []
+        self.skipped = []
         self.line = 1
 
     @property
@@ -124,7 +124,7 @@ class Computer(Jumps):
             r = self.next
             if outside:
                 if kind != PLAIN_LINE and offset > self.reached:
-                    self.passed.append((self.reached, self.reached_line, offset))
+                    self.skipped.append((self.reached, self.reached_line, offset))
                 self._reach(offset, line)
             if self.back is not None:
                 break

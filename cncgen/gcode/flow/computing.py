@@ -126,7 +126,7 @@ class Computing:
         plain.count, plain.source = computer.blocks, here.source
         if not computer.lines:
             return None
-        passed, computer.passed = computer.passed, []
+        skipped, computer.skipped = computer.skipped, []
         if here.source == 0:
             reached = Cursor(0, computer.reached, computer.reached_line)
         return LinesRead(
@@ -136,5 +136,5 @@ class Computing:
             computer.lines - plain.count + before,
             computer.units,
             None if computer.back is None else Cursor(here.source, *computer.back),
-            [(Cursor(0, first, line), behind) for first, line, behind in passed if here.source == 0],
+            [(Cursor(0, first, line), behind) for first, line, behind in skipped if here.source == 0],
         )
