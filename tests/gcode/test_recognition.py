@@ -161,6 +161,20 @@ def test_hours_at_such_feeds_are_said_once_with_the_other_reading() -> None:
     assert remarks("G4 P40000\nM2").count("time-doubtful") == 1
 
 
+@pytest.mark.parametrize(
+    ("text", "rival"),
+    [
+        ("G95", "Okuma's OSP controls"),
+        ("G99", ""),
+        ("T0101\nG95", ""),
+    ],
+)
+def test_g95_beside_g50_s_is_of_no_lathe_of_fanuc(text: str, rival: str) -> None:
+    """A has G98 and G99 (B-64304EN-1, table 3), B and C have G92 S; Okuma's OSP has both. With signs of FANUC, G95 is the fault alone."""
+    program = f"G50 S2000\nG96 S150 M3\n{text}\nG0 X62. Z2.\nG1 Z-20. F0.15\nM30"
+    assert choose(open_source(io.BytesIO(program.encode()), "t.nc")).rival == rival
+
+
 #: Programs of controls that are not read, in the style of their manuals, and what each control is called.
 UNREAD = [
     ("T001001T000M6\nG0 X10 Y0", "Mazak's INTEGREX and other turning centres with milling"),
@@ -171,6 +185,7 @@ UNREAD = [
     ("N100 G00 X80 Z5\nM110\nG94\nSB=2000 M13\nG181 X60 Z-10 C0 K5 F100\nC60\nG180\nM02", "Okuma"),
     ("G140\nNSTRT\n(OD ROUGH RIGHT)\nG0 X20. Z30.\nG50 S800\nT010101\nM42\nG97 S200 M3\nG0 X1.8 Z.1\nG95 G1 Z-1. F.01\nM2", "Okuma"),
     ("G140\nG50 S2000\nG00 X800 Z300\nT010101\nG96 S150 M03 M42\nG00 X100 Z2\nG01 Z-20 F0.2\nG00 X800 Z300\nM02", "Okuma"),
+    ("G50 S2000\nG96 S150 M03\nT010101\nG95\nG00 X62 Z2\nG01 Z-20 F0.15\nG00 X200 Z100\nM02", "Okuma"),
     ("N10 G97 S800 M03\nG00 X34 Z5\nG71 X27.55 Z-24 B60 D0.6 U0.1\n$H2.45 L2 F2\nG00 X100 Z50\nM02", "Okuma"),
     ("; LightBurn 1.6.03\n; Marlin device profile, user origin\nG21\nG90\nM106 S128\nG1 X20 F1200\nM107\nM2", "3D printers"),
     (";FLAVOR:Marlin\nM104 S200\nG28\nG92 E0\nG1 X10 Y20 E1.5 F1500\nM84", "3D printers"),

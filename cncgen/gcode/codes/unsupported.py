@@ -46,6 +46,7 @@ ON_LATHES: dict[int, str] = {
     770: "G77 mills flats on Haas's lathes, which is not read; post it as the moves that it makes",
     **dict.fromkeys((430, 440), "T has the offset on lathes: T0101"),
     910: "U and W are distances on lathes",
-    **dict.fromkeys((930, 950), "G98 and G99 say what F means on lathes"),
+    930: "G98 and G99 say what F means on lathes",
+    950: "G98 and G99 say what F means on lathes; those of Okuma, which are not read, have G95 beside G50 S",
     **dict.fromkeys((870, 880, 890), "G83 to G85 drill along Z; cycles of driven tools along X are not read"),
 }

@@ -179,6 +179,9 @@ def _of_feeds(blocks: _Lines) -> Iterable[_Found]:
     feed = blocks.search(signs.A_TURN) if b"G95" in blocks.text else None
     if feed and not blocks.search(signs.HOLES):
         yield "feeds a revolution by G95", {_B: 4.0, _C: 4.0, _L: 2.0}, blocks.number(feed)
+    if feed and b"G50S" in blocks.text:
+        # No system of FANUC's has both: A has G99 for G95, B and C have G92 S for G50 S.
+        yield "feeds a revolution by G95 beside G50 S", {"okuma": 21.0}, blocks.number(feed)
     arc = blocks.search(signs.ARC_IN_XZ) if b"K" in blocks.text and b"J" not in blocks.text else None
     if arc and not blocks.search(signs.PLANE):
         yield "an arc in X and Z without a plane", {_T: 8.0}, blocks.number(arc)
