@@ -44,6 +44,16 @@ def test_a_lag_of_seconds_is_told():
     assert found.values["lag_s"] == pytest.approx(5.0, rel=1e-3)
 
 
+def test_an_axis_that_a_setpoint_does_not_move_lags():
+    """s² τ + s + K of τ = 1e9 s hardly moves within the ramp: it is as late as the ramp is long, the last power of two of periods below 90 s.
+
+    Its settled lag, 1/K = 33 ms, is reached after years.
+    """
+    (found,) = told("first-order", position_gain_1_s=30.0, time_constant_s=1e9)
+    assert found.code == "servo-lag"
+    assert found.values["lag_s"] == pytest.approx(2**16 * 1e-3, rel=1e-3)
+
+
 def test_a_wrong_gain_is_told():
     (found,) = told("transfer-function", numerator=[50.0], denominator=[1.0, 100.0])
     assert found.code == "servo-gain"
