@@ -222,15 +222,22 @@ class Path:
         return float(self.row_s[-1] - self.row_s[0])
 
     @property
+    def measured_by(self) -> NDArray[np.int8]:
+        """Shape (n,): over which of `metric_columns` each row's coordinate is, 0 for X Y Z; 3 for all of them."""
+        out = np.full(len(self.kind), 3, np.int8)
+        for number, group in reversed(list(enumerate(metric_columns(self.axes)))):
+            out[(self._low == group.start) & (self._high == group.stop)] = number
+        return out
+
+    @property
     def moves_xyz(self) -> NDArray[np.bool_]:
         """Shape (n,): whether a row's coordinate is arc length in X Y Z alone (or the row has no length)."""
-        return (self._low == 0) & (self._high == 3)
+        return self.measured_by == 0
 
     @property
     def turns(self) -> NDArray[np.bool_]:
         """Shape (n,): whether a row's coordinate is the angle of rotary axes instead of a length."""
-        _, _, rotary = metric_columns(self.axes)
-        return (self._low == rotary.start) & (self._high == rotary.stop)
+        return self.measured_by == 2
 
     @property
     def per_feed(self) -> Floats:

@@ -140,7 +140,7 @@ def _between(tube: Tube, n: cython.Py_ssize_t, k: cython.Py_ssize_t, steps: _Ste
     for i in range(n):
         y[i] = tube.middle[k, i]
         c[i] = tube.V[i] * tube.between[k]
-        c[i] = tube.weight[i] * c[i] * c[i]
+        c[i] = tube.weight[k, i] * tube.weight[k + 1, i] * c[i] * c[i]
         a = 0.5 * tube.AV[i] * tube.h0[k]
         d = tube.dx[k, 3 * i + 1] + a * (h * tube.dx[k, 3 * i + 2] + tube.du[k, n] * tube.x[k, 3 * i + 2])
         along -= 2.0 * c[i] * y[i] * d
@@ -214,7 +214,7 @@ def _limits(tube: Tube, n: cython.Py_ssize_t) -> _Steps:
             for i in range(n):
                 y += tube.feed_slope[k, i] * dx[k, 3 * i + 1]
                 c = tube.V[i] * tube.feed[k]
-                d += tube.weight[i] * c * c * dx[k, 3 * i + 1] * dx[k, 3 * i + 1]
+                d += tube.weight[k, i] * c * c * dx[k, 3 * i + 1] * dx[k, 3 * i + 1]
             steps.primal = _curve(s, y, d, steps.primal)
             tube.dzf[k] = _beside(tube.zf[k], s, y, mu)
             steps.dual = _dual(tube.zf[k], tube.dzf[k], steps.dual)

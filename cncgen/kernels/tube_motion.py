@@ -57,10 +57,10 @@ def _fastest(
     jerk: cython.double[:, ::1],
     h: cython.double,
     k: cython.Py_ssize_t,
-    linear: cython.Py_ssize_t,
+    weight: cython.double[:, ::1],
     parts: cython.int,
 ) -> cython.double:
-    """Return a bound of the speed over the first axes on an interval, from the hulls of parts of it.
+    """Return a bound of the speed over the weighed axes on an interval, from the hulls of parts of it.
 
     The speed is convex in the velocity, and a parabola lies in the hull of its ends and its middle ordinate.
     """
@@ -75,13 +75,13 @@ def _fastest(
         first = 0.0
         middle = 0.0
         last = 0.0
-        for e in range(linear):
+        for e in range(velocity.shape[1]):
             v = velocity[k, e] + t * (acceleration[k, e] + 0.5 * t * jerk[k, e])
             slope = acceleration[k, e] + t * jerk[k, e]
-            first += v * v
-            middle += (v + half * slope) * (v + half * slope)
+            first += weight[k, e] * v * v
+            middle += weight[k, e] * (v + half * slope) * (v + half * slope)
             v += 2.0 * half * (slope + half * jerk[k, e])
-            last += v * v
+            last += weight[k, e] * v * v
         most = max(most, first, middle, last)
     return sqrt(most)
 
@@ -93,10 +93,10 @@ def too_fast(
     step: cython.double[::1],
     most: cython.double[::1],
     feed: cython.double[::1],
-    linear: cython.Py_ssize_t,
+    weight: cython.double[:, ::1],
     out: cython.char[::1],
 ) -> None:
-    """Write 1 for intervals on which an axis is over its velocity, or the first axes are over the feed, else 0.
+    """Write 1 for intervals on which an axis is over its velocity, or the weighed ones are over the feed, else 0.
 
     Between nodes the velocity of an axis is a parabola: largest at an end or at its top. The speed is bounded from above.
 
@@ -106,7 +106,7 @@ def too_fast(
         step: Shape (k,), s.
         most: Shape (n,), velocities.
         feed: Shape (k,), speeds.
-        linear: How many axes the feed is meant over.
+        weight: Shape (k, n), 1 for the axes that the feed is meant over, else 0.
         out: Shape (k,), written.
     """
     t: cython.double
@@ -120,8 +120,8 @@ def too_fast(
                 out[k] |= max(fabs(t), fabs(velocity[k, e]), fabs(velocity[k + 1, e])) > most[e]
             if not out[k]:
                 out[k] = (
-                    _fastest(velocity, acceleration, jerk, step[k], k, linear, 1) > feed[k]
-                    and _fastest(velocity, acceleration, jerk, step[k], k, linear, _PARTS) > feed[k]
+                    _fastest(velocity, acceleration, jerk, step[k], k, weight, 1) > feed[k]
+                    and _fastest(velocity, acceleration, jerk, step[k], k, weight, _PARTS) > feed[k]
                 )
 
 

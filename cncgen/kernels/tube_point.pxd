@@ -10,7 +10,7 @@ cdef class Tube:
     cdef public double[::1] V
     cdef public double[::1] AV
     cdef public double[::1] JA
-    cdef public double[::1] weight
+    cdef public double[:, ::1] weight
     cdef public double[:, ::1] r
     cdef public double[:, ::1] t
     cdef public double[::1] h0

@@ -26,7 +26,7 @@ class Tube:
 
     `x` and `u` are the first guess and then the solution. Rows of node k are ``first[k]`` to ``first[k + 1]`` of `rows`, each
     an offset o = (r_k - c)/unit, a direction d (0 for a point), unit/ρ and b, s²: |(1 - d dᵀ)(p + b a + o)| unit ≤ ρ, where a is not
-    scaled by its limit but by `unit`. Where `between` is above 0, 1 over a speed, velocities and that speed are bounded between nodes as well: the middle ordinate v + a h/2 of the
+    scaled by its limit but by `unit`. `weight`, (steps + 1, n), is 1 for the axes over which the feed of a node is meant, and between nodes for those of both. Where `between` is above 0, 1 over a speed, velocities and that speed are bounded between nodes as well: the middle ordinate v + a h/2 of the
     parabola of the velocity is, and with those at its ends all of it. The search goes on until no scaled state is missed by `exact`.
 
     Of the point that was measured last: `value`, its cost, `logs`, the sum of the logarithms of its slacks, `missed`, the sum of its
@@ -104,7 +104,7 @@ def _feed(
     s: cython.double = 1.0
     for i in range(n):
         y = tube.V[i] * tube.feed[k]
-        c = tube.weight[i] * y * y
+        c = tube.weight[k, i] * y * y
         y = x[k, 3 * i + 1]
         s -= c * y * y
         tube.feed_slope[k, i] = -2.0 * c * y
@@ -128,7 +128,7 @@ def _middles(
     for i in range(n):
         y = x[k, 3 * i + 1] + 0.5 * tube.AV[i] * tube.h0[k] * u[k, n] * x[k, 3 * i + 2]
         z = tube.V[i] * tube.between[k]
-        s -= tube.weight[i] * z * z * y * y
+        s -= tube.weight[k, i] * tube.weight[k + 1, i] * z * z * y * y
         tube.middle[k, i] = y
     tube.middle_slack[k] = s
     return s

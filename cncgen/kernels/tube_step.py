@@ -93,7 +93,7 @@ def _node(tube: Tube, n: cython.Py_ssize_t, k: cython.Py_ssize_t, delta: cython.
         for i in range(n):
             tube.q[k, 3 * i + 1] -= tube.mu * s * tube.feed_slope[k, i]
             c = tube.V[i] * tube.feed[k]
-            c = tube.weight[i] * c * c
+            c = tube.weight[k, i] * c * c
             tube.P[k, (3 * i + 1) * (N + 1)] += 2.0 * c * z
             for j in range(i + 1):
                 tube.P[k, (3 * i + 1) * N + 3 * j + 1] += (
@@ -197,7 +197,7 @@ def _held(
     for i in range(n):
         y[i] = tube.middle[k, i]
         c[i] = tube.V[i] * tube.between[k]
-        c[i] = tube.weight[i] * c[i] * c[i]
+        c[i] = tube.weight[k, i] * tube.weight[k + 1, i] * c[i] * c[i]
     z = tube.zm[k, 2 * n]
     for i in range(n):
         b = 0.5 * tube.AV[i] * tube.h0[k]

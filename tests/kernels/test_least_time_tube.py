@@ -56,7 +56,7 @@ def random_problem(seed: int, n: int, steps: int, held: bool) -> tuple[SimpleNam
     V = rng.uniform(50.0, 100.0, n)
     fast = np.sqrt(n) * V.max()
     problem = SimpleNamespace(
-        V=V, A=rng.uniform(500.0, 2000.0, n), J=rng.uniform(2e4, 5e4, n), weight=(np.arange(n) < 2).astype(float),
+        V=V, A=rng.uniform(500.0, 2000.0, n), J=rng.uniform(2e4, 5e4, n), weight=np.zeros((0, n)),
         r=np.cumsum(rng.normal(size=(steps + 1, n)), axis=0),
         t=tangent / np.linalg.norm(tangent, axis=1)[:, None],
         h0=rng.uniform(0.01, 0.02, steps), first=np.concatenate([[0], np.cumsum(count)]).astype(np.int64), rows=rows,
@@ -67,6 +67,9 @@ def random_problem(seed: int, n: int, steps: int, held: bool) -> tuple[SimpleNam
     )  # fmt: skip
     if held:
         problem.x[:, 2::3] *= 0.1
+    # The feed is meant over two axes, at some nodes over the others.
+    first_axes = (np.arange(n) < 2).astype(float)
+    problem.weight = np.where(rng.random((steps + 1, 1)) < 0.7, first_axes, 1.0 - first_axes)
     work = workspace(n, steps, len(rows))
     for name in ("lam", "nu", "lamT", "zx", "zu", "zr", "zf", "zm"):
         values = getattr(work, name)
@@ -134,12 +137,12 @@ class Dense:
                 away = away - (away * row[n:-2]).sum() * row[n:-2]
                 out.append(1 - (away**2).sum() * row[-2] ** 2)
             if p.feed[k] > 0:
-                out.append(1 - (p.weight * (p.V * x[k, :, 1] * p.feed[k]) ** 2).sum())
+                out.append(1 - (p.weight[k] * (p.V * x[k, :, 1] * p.feed[k]) ** 2).sum())
         for k in np.flatnonzero(p.between > 0).tolist():
             middle = x[k, :, 1] + p.h0[k] * u[k, n] * p.A * x[k, :, 2] / 2 / p.V
             for y_ in middle:
                 out += [1 + y_, 1 - y_]
-            out.append(1 - (p.weight * (p.V * middle * p.between[k]) ** 2).sum())
+            out.append(1 - (p.weight[k] * p.weight[k + 1] * (p.V * middle * p.between[k]) ** 2).sum())
         return np.array(out)
 
     def multipliers(self, work: SimpleNamespace) -> Floats:
@@ -272,7 +275,7 @@ def test_compiled_finds_the_same_as_plain_python(plain: SimpleNamespace) -> None
     u[:, 2] = 1.0
     first = np.concatenate([[0], np.arange(steps), [steps - 1]]).astype(np.int64)
     problem = SimpleNamespace(
-        V=np.full(2, 100.0 / unit), A=np.full(2, 2000.0 / unit), J=np.full(2, 5e4 / unit), weight=np.ones(2), r=point / unit, t=tangent,
+        V=np.full(2, 100.0 / unit), A=np.full(2, 2000.0 / unit), J=np.full(2, 5e4 / unit), weight=np.ones((steps + 1, 2)), r=point / unit, t=tangent,
         h0=np.full(steps, 0.016), first=first, rows=rows, feed=np.full(steps + 1, unit / 100.0), between=np.zeros(steps),
         hlow=np.full(steps, 0.05), hhigh=np.full(steps, 8.0), goal=np.zeros(6), x=x.reshape(steps + 1, 6), u=u, calm=0.01, cost=1.25,
         exact=1e-7,

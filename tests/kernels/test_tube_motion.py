@@ -37,12 +37,11 @@ def test_the_top_of_a_parabola_counts(kernel: Any) -> None:
     """v = 60 t - 30 t² for 2 s has its top, 30, at 1 s; beside 40 of another axis the speed is 50 there, by its bound at most 50.03."""
     velocity, jerk = np.array([[0.0, 40.0], [0.0, 40.0]]), np.array([[-60.0, 0.0]])
     acceleration, step, out = np.array([[60.0, 0.0], [-60.0, 0.0]]), np.array([2.0]), np.empty(1, np.int8)
-    for top, feed, linear, over in (
-        (30.01, 50.03, 2, 0), (29.99, 50.03, 2, 1), (30.01, 49.99, 2, 1), (30.01, 49.99, 1, 0)
+    for top, feed, second, over in (
+        (30.01, 50.03, 1.0, 0), (29.99, 50.03, 1.0, 1), (30.01, 49.99, 1.0, 1), (30.01, 49.99, 0.0, 0)
     ):  # fmt: skip
-        kernel.too_fast(
-            velocity, acceleration, jerk, step, np.array([top, 50.0]), np.array([feed]), linear, out
-        )
+        weight, most = np.array([[1.0, second]]), np.array([top, 50.0])
+        kernel.too_fast(velocity, acceleration, jerk, step, most, np.array([feed]), weight, out)
         assert out.tolist() == [over]
 
 

@@ -77,3 +77,19 @@ def test_an_engraved_circle_does_not_stop_where_x_turns_back(effort: str, before
     found = sample(plan(program, MACHINE, effort=effort)).collect()
     assert (len(found.position) - 1) * 1e-3 < 0.9 * before_s
     assert judge(found, program, MACHINE).holds
+
+
+def test_lines_of_a_rotary_axis_alone_use_the_tolerance_and_keep_their_feed() -> None:
+    """F is the speed of X, or that of A where it turns alone: 8.33 degrees/s. In the corner of both, which G61 rests in, each may move in the
+    other's row."""
+    program = read_text("G21 G90 G94 G64 P0.1\nG1 X10 F3000\nG1 A30 F500\nG1 X20 F3000\nM2\n")
+    found, exact = (
+        sample(plan(program, MACHINE, effort=effort), signals=["line"]).collect()
+        for effort in ("best", "fast")
+    )
+    assert judge(found, program, MACHINE).holds
+    assert len(found.position) < len(exact.position) - 60
+    line = np.asarray(found.signals["line"])[1:]
+    x, a = (np.abs(np.diff(found.position[:, k])) / 1e-3 for k in (0, -1))
+    assert a[line == 3].max() / DEGREE <= 500 / 60 * (1 + 2e-4)
+    assert max(x[line == k].max() for k in (2, 4)) <= 50.0 * (1 + 2e-4)

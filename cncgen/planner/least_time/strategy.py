@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 
 from cncgen.machine.record import Machine
@@ -9,6 +10,7 @@ from cncgen.planner.least_time.block_planning import PREFETCHED, plan_blocks, sm
 from cncgen.planner.least_time.prefetch import prefetch
 from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import Trajectory
+from cncgen.ranges import FEEDS
 from cncgen.toolpath.record import Toolpath
 
 
@@ -36,7 +38,8 @@ def plan_least_time(
             return plan_blocks(smooth_blocks(chunks, machine), machine)
         from cncgen.planner.tube import Programmed, chorded, cornered, improve
 
-        program = Programmed(machine.chord_tolerance_mm)
+        fastest = math.hypot(*(axis.max_velocity for axis in machine.axes.values() if axis.letter in "XYZ"))
+        program = Programmed(machine.chord_tolerance_mm, min(fastest, FEEDS[1]))
         blocks = smooth_blocks(
             chunks, machine, lambda steady: chorded(program.over(cornered(steady)), machine)
         )

@@ -266,7 +266,8 @@ class Hand:
         out[use(found.jerk[:count], self.bounds.jerk)] = Limit.JERK
         out[both(use(found.acceleration[: count + 1], self.bounds.acceleration))] = Limit.ACCELERATION
         out[both(use(found.velocity[: count + 1], self.bounds.velocity))] = Limit.VELOCITY
-        speed = _speed(found.velocity[: count + 1])
+        weight = np.concatenate([nodes.weight[:1], nodes.weight[:count]])
+        speed = np.sqrt((found.velocity[: count + 1] ** 2 * weight).sum(axis=1))
         out[both(speed > _BINDS * np.append(nodes.feed[:1], nodes.feed[:count]))] = Limit.FEED
         out[nodes.least[:count] > _BINDS * found.step[:count]] = Limit.FEED
         return out

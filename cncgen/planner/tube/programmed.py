@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from cncgen.geometry.linearize import chords
 from cncgen.geometry.path import STANDSTILL, Path
-from cncgen.planner.limits.axis_limits import axis_scale
+from cncgen.planner.limits.axis_limits import ROTARY_RADIUS, axis_scale
 from cncgen.planner.smoothing.runs import SHARPEST, loose, rapid, rests
+from cncgen.ranges import FEEDS
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
 
 Floats = NDArray[np.float64]
@@ -59,17 +60,18 @@ class RowLines:
 class Programmed:
     """Moving rows of the program, from `base` on; numbers of rows count from the start of the program.
 
-    Columns by row: `line`, `length`, `curved`, `source`, `feed` (mm/s), `least` (s), `tolerance` (mm), `free` (planned within the tolerance), `entry` and `leave`
+    Columns by row: `line`, `length`, `curved`, `source`, `feed` (mm/s), `bound` and `over` (mm/s, over which of `metric_columns`), `least` (s), `tolerance` (mm), `free` (planned within the tolerance), `entry` and `leave`
     (unit tangents, scaled), `bent` (curvature at its end), `turn` (of an arc, mm; infinite for others), `stop` (the motion rests at its start), `rest` (it does so for an event
     or an exact stop), `exact` (no tolerance applies), `met` (the plan meets its start exactly), `joint` (it does not go on as the row before it does), `start` and `end` (scaled).
     """
 
-    def __init__(self, chord_mm: float) -> None:
+    def __init__(self, chord_mm: float, fastest: float = FEEDS[1]) -> None:
+        """Begin; `fastest` is the speed, mm/s, that the axes X Y Z allow at most."""
         self.base = 0
         self.ended = False
         self.axes = ""
         self.scale: Floats = np.ones(0)
-        self._chord = chord_mm
+        self._chord, self._fastest = chord_mm, fastest
         self._chunks: list[_Chunk] = []
         self._columns: dict[str, list[np.ndarray]] = {}
         # The first row whose curve is whole yet; of chords that do not begin a row: its number, the part of its parameter where the
@@ -174,9 +176,10 @@ class Programmed:
         turn = np.full(len(rows), np.inf)
         turn[arc] = 2.0 * np.pi / np.sqrt((bent[arc] ** 2).sum(axis=1))
         exact = ~loose(toolpath)[rows]
-        within = ~exact & path.moves_xyz[rows]
         # The feed is that of X Y Z, whose way may all lie within the tolerance. So it is the pace of the other axes as well. Rapids have none.
         swift = rapid(toolpath)[rows]
+        over = np.where(swift & ~path.moves_xyz[rows], 3, path.measured_by[rows])
+        bound = np.where(over == 2, ROTARY_RADIUS * feed, np.where(over == 3, self._fastest, feed))
         turns = (toolpath.end[rows] != toolpath.starts[rows])[:, 3:].any(axis=1)
         others = ~swift & (turns | (toolpath.kind[rows] == Kind.NURBS))
         return {
@@ -185,11 +188,13 @@ class Programmed:
             "length": length,
             "curved": toolpath.kind[rows] != Kind.LINE,
             "feed": feed,
+            "bound": bound,
+            "over": over,
             "rapid": swift,
             "least": np.divide(length, feed, out=np.zeros(len(rows)), where=others & (feed > 0)),
-            "free": within & (np.abs(path.per_feed[rows] - 1.0) < 1e-9) & (feed > 0),
+            "free": ~exact & (bound > 0),
             "exact": exact,
-            "tolerance": np.where(within, USED * toolpath.tolerance[rows], self._chord),
+            "tolerance": np.where(exact, self._chord, USED * toolpath.tolerance[rows]),
             "entry": entry,
             "leave": leave,
             "bend": bend,
@@ -219,7 +224,7 @@ class Programmed:
         larger = np.maximum(np.abs(bend), np.abs(bent)).max(axis=1)
         joint = stop | (np.abs(entry - leave).max(axis=1) > _STRAIGHT)
         joint |= np.abs(bend - bent).max(axis=1) > _SAME_BEND * larger + 1e-9
-        for name in ("feed", "tolerance", "free"):
+        for name in ("feed", "over", "tolerance", "free"):
             joint |= columns[name] != before(name)
         columns["joint"] = joint
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
+from cncgen.geometry.path import metric_columns
 from cncgen.planner.limits.axis_limits import lowered
 from cncgen.planner.tube.programmed import Programmed
 from cncgen.planner.tube.reference_path import REST, Grid, Reference
@@ -63,6 +64,7 @@ class Nodes:
         part: Shape (k,): part of that row.
         vertex: Shape (k,): row that starts at the node, −1 where it lies within one.
         feed: Shape (k,).
+        weight: Shape (k, n): 1 for the axes that the feed is meant over, else 0.
         least: Shape (k,): least time from the node before, s; 0 where the feed of X Y Z is all that holds.
         count: Shape (k,): rows of room.
         centre, direction: Shape (rooms, n).
@@ -84,6 +86,7 @@ class Nodes:
     part: Floats
     vertex: Ints
     feed: Floats
+    weight: Floats
     least: Floats
     count: Ints
     centre: Floats
@@ -113,10 +116,18 @@ class Nodes:
 _ROOMS = ("centre", "direction", "radius", "allowed", "chord")
 
 
+def weights(over: Ints, axes: str) -> Floats:
+    """Return 1 for the axes of each of `metric_columns`, by its number, shape (k,), else 0, shape (k, axes)."""
+    out = np.zeros((len(over), len(axes)))
+    for number, group in enumerate(metric_columns(axes)):
+        out[over == number, group] = 1.0
+    return out
+
+
 def borders_of(program: Programmed, first: int, places: Floats, speed: Floats, scales: Scales) -> Bools:
     """Tell which of the joints at the starts of rows first + 1 … show between nodes, shape (rows − 1,)."""
     rows = slice(first - program.base, first - program.base + len(places) - 1)
-    tolerance, feed = scales.part * program.column("tolerance")[rows], program.column("feed")[rows]
+    tolerance, feed = scales.part * program.column("tolerance")[rows], program.column("bound")[rows]
     leave, entry = program.column("leave")[rows], program.column("entry")[rows]
     chord = np.sqrt(((entry[1:] - leave[:-1]) ** 2).sum(axis=1))
     turn = 2.0 * elementary.arcsin(np.minimum(0.5 * chord, 1.0))
@@ -183,10 +194,14 @@ def nodes_of(
     after[last] = reference.at(node[last], 1)[1]
     tangent += after
     tangent /= np.maximum(np.sqrt((tangent**2).sum(axis=1)), _OPPOSITE)[:, None]
-    feed = program.column("feed")[own]
-    feeds = feed[found].copy()
+    feed, over = program.column("bound")[own], program.column("over")[own]
     inner = last & (found + 1 < len(feed))
-    feeds[inner] = np.minimum(feeds[inner], feed[found[inner] + 1])
+    ahead = found + inner
+    # At a joint the lower feed of both rows, of X Y Z where one of them has that.
+    other = (over[ahead] == 0) & (over[found] != 0) | (over[ahead] == over[found]) & (
+        feed[ahead] < feed[found]
+    )
+    holding = np.where(other, ahead, found)
     least = program.column("least")[own]
     upto = np.cumsum(least) - least
     laid = _Laid(
@@ -214,7 +229,8 @@ def nodes_of(
         first + found,
         part,
         vertex,
-        feeds,
+        feed[holding],
+        weights(over[holding], program.axes),
         np.diff(upto[found] + part * least[found], prepend=within[0] * least[0]),
         *rooms,
     )
@@ -350,7 +366,7 @@ class _Laid:
         Planes there would make the motion go as deep into a corner, or into several that are a way back together, as the plan does, and
         change its speed where the plan changes it.
         """
-        node, feed, tolerance = self.node, self.column("feed"), part * self.column("tolerance")[self.row]
+        node, feed, tolerance = self.node, self.column("bound"), part * self.column("tolerance")[self.row]
         corner, row, _, turn = self.corners
         before, after = along.copy(), along.copy()
         before[corner], after[corner] = self.column("leave")[row - 1], self.column("entry")[row]
@@ -448,7 +464,7 @@ class _Laid:
         At a slight corner the ball takes the place of both bands.
         """
         centre, direction, radius, allowed, _ = band
-        start, feed = self.column("start"), self.column("feed")
+        start, feed = self.column("start"), self.column("bound")
         corner, after, narrow, turn = self.corners
         slight = turn < _SLIGHT
         # Where the feed changes there is no plane to bound the node along the rows.
@@ -470,7 +486,7 @@ class _Laid:
 
         There are none where chords are so near the motion that judging it tells enough.
         """
-        off = scales.sagitta(self.column("feed"))[self.row] / scales.part
+        off = scales.sagitta(self.column("bound"))[self.row] / scales.part
         corner, after, narrow, turn = self.corners
         bowed = (turn >= _BOWED) & (off[corner] > _SAGS * narrow)
         way = np.where((turn > _GOES_BACK)[:, None], 0.0, self.tangent[corner])[bowed]

@@ -34,7 +34,7 @@ class Problem:
 
     Attributes:
         velocity, acceleration, jerk: Shape (n,), limits.
-        weight: Shape (n,): 1 for the axes over which the feed is meant, else 0.
+        weight: Shape (N + 1, n): 1 for the axes over which the feed of a node is meant, else 0.
         point, tangent: Shape (N + 1, n): where each node's plane stands, and the unit vector across it.
         step: Shape (N,): first guess of the time between nodes, s.
         first: Shape (N + 2,): rows of node k are first[k] … first[k + 1].
@@ -68,6 +68,11 @@ class Problem:
     start: Floats
     goal: Floats
     period_s: float
+
+    @property
+    def weights_between(self) -> Floats:
+        """Shape (N, n): the weights between nodes, of axes that the feeds of both are meant over."""
+        return self.weight[:-1] * self.weight[1:]
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,7 +195,7 @@ class Search:
         part, row = SimpleNamespace(**vars(whole)), int(whole.first[first])
         own = _widths(self.x.shape[1])
         for names, begin, stop in (
-            (["r", "t", "feed", "x", *own[0]], first, last + 1),
+            (["r", "t", "weight", "feed", "x", *own[0]], first, last + 1),
             (["h0", "between", "hlow", "hhigh", "u", *own[1]], first, last),
             (["rows", *own[2]], row, None),
         ):

@@ -159,7 +159,9 @@ class Rounds:
         if self.early:
             over[:_BEGIN] = -np.inf
         feed = np.maximum(nodes.feed, np.append(nodes.feed[:1], nodes.feed[:-1]))
-        fast = too_fast(found, self.bounds.velocity[columns], feed, int((columns < 3).sum()))
+        weight = nodes.weight.take(columns, axis=1)
+        weight[1:] *= weight[:-1].copy()
+        fast = too_fast(found, self.bounds.velocity[columns], feed, weight)
         known, before = self._held.copy(), self._radius
         if fast.any():
             # The neighbours soon are, once these are held: twice as many in each round, as all of a window may be. With all of it at
@@ -246,7 +248,7 @@ class Rounds:
             velocity=_WITHIN * bounds.velocity[columns],
             acceleration=_WITHIN * bounds.acceleration[columns],
             jerk=_WITHIN * bounds.jerk[columns],
-            weight=(columns < 3).astype(float),
+            weight=np.concatenate([nodes.weight[:1], nodes.weight]).take(columns, axis=1),
             point=point,
             tangent=tangent,
             step=nodes.step,

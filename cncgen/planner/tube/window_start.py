@@ -71,7 +71,7 @@ def _between(given: Problem, before: Solved) -> float:
     """Return the largest part of velocity limit and feed that a motion uses at the middle ordinates of the intervals that are held."""
     held = np.isfinite(given.between)
     middle = before.velocity[:-1][held] + 0.5 * before.step[held, None] * before.acceleration[:-1][held]
-    along = np.sqrt((middle**2 * given.weight).sum(axis=1)) / given.between[held]
+    along = np.sqrt((middle**2 * given.weights_between[held]).sum(axis=1)) / given.between[held]
     return float(np.maximum((np.abs(middle) / given.velocity).max(axis=1), along).max(initial=0.0))
 
 
@@ -91,7 +91,7 @@ def _along(given: Problem, nodes: Nodes, part: float, bent: float, slow: bool) -
     rate = np.clip(rate, -_WITHIN * given.acceleration, _WITHIN * given.acceleration)
     middle = speed[:-1] + 0.5 * steps[:, None] * rate[:-1]
     over = (np.abs(middle) > 0.5 * (1.0 + _WITHIN) * given.velocity).any(axis=1)
-    over |= np.sqrt((middle**2 * given.weight).sum(axis=1)) > 0.5 * (1.0 + _WITHIN) * given.between
+    over |= np.sqrt((middle**2 * given.weights_between).sum(axis=1)) > 0.5 * (1.0 + _WITHIN) * given.between
     rate[:-1][over] = 0.0
     offset = _inside(given, np.zeros_like(given.point))
     jerk = np.zeros_like(speed[1:])

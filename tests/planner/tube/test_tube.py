@@ -755,7 +755,8 @@ def test_the_judge_looks_between_nodes() -> None:
     acceleration = np.array([[0.0, 60.0, 0.0], [0.0, -60.0, 0.0]])
     found = Solved(shape, velocity, acceleration, jerk, np.array([2.0]), 1, 0)
     for top, feed, over in ((30.01, 50.01, False), (29.99, 50.01, True), (30.01, 49.99, True)):
-        assert too_fast(found, np.array([100.0, top, 100.0]), np.array([feed]), 3).tolist() == [over]
+        most, weight = np.array([100.0, top, 100.0]), np.ones((1, 3))
+        assert too_fast(found, most, np.array([feed]), weight).tolist() == [over]
 
 
 def test_places_of_points_on_a_closed_line_are_in_order() -> None:
