@@ -352,7 +352,7 @@ def _cut(contours: list[tuple[list[Segment], bool]], radius: float, step: float)
         set_feed_rate=lambda feed: None, straight_feed=feed, straight_traverse=feed, arc_feed=arc
     )
     ip: Any = SimpleNamespace(
-        sink=sink, state=SimpleNamespace(position=[0.0, 0.0, 50.0, *[0.0] * 6], moved=False)
+        sink=sink, state=SimpleNamespace(position=[0.0, 0.0, 50.0, *[0.0] * 6], moved=False, feed_mode=94)
     )
     ip.go = partial(Interpreter.go, ip)
     how = Clearing(radius, step, (-1.0,), 2.0, 100.0, 50.0)
