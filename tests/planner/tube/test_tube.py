@@ -683,7 +683,7 @@ def straight(length: float, nodes: int) -> tuple[Problem, Floats]:
     goal = rest.copy()
     goal[0] = point[-1]
     given = Problem(
-        np.full(2, V), np.full(2, A), np.full(2, J), np.ones(2), point, np.tile(t, (nodes + 1, 1)), np.full(nodes, 2.0 * h),
+        np.full(2, V), np.full(2, A), np.full(2, J), np.ones((nodes + 1, 2)), point, np.tile(t, (nodes + 1, 1)), np.full(nodes, 2.0 * h),
         np.concatenate([[0, 0], np.arange(1, nodes), [nodes - 1]]).astype(np.int64), point[1:-1].copy(), np.tile(t, (nodes - 1, 1)),
         np.full(nodes - 1, 1e-3), np.zeros(nodes - 1), np.full(nodes + 1, np.inf), np.zeros(nodes), np.full(nodes, np.inf), np.full(nodes, np.inf), rest, goal, 1e-3,
     )  # fmt: skip
