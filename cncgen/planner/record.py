@@ -136,8 +136,8 @@ class Trajectory:
         events: Pairs of time and `Event` with the source line, in order.
         corners: Sharp corners found in this stretch.
         values: Further results of a strategy for the summary, as plain values; ``diagnostics`` holds remarks for the user.
-        cubics: The motion itself, where it leaves the rows within their tolerance; the profile is then the length of its path by
-            time, exact where pieces begin, and rows stand for the programmed ones. None: the motion is the profile on the rows.
+        cubics: The motion itself, where it leaves the rows within their tolerance; the profile is then the length of its path,
+            over the axes that measure the rows, by time, exact where pieces begin, and rows stand for the programmed ones. None: the motion is the profile on the rows.
     """
 
     toolpath: Toolpath

@@ -93,3 +93,12 @@ def test_lines_of_a_rotary_axis_alone_use_the_tolerance_and_keep_their_feed() ->
     x, a = (np.abs(np.diff(found.position[:, k])) / 1e-3 for k in (0, -1))
     assert a[line == 3].max() / DEGREE <= 500 / 60 * (1 + 2e-4)
     assert max(x[line == k].max() for k in (2, 4)) <= 50.0 * (1 + 2e-4)
+
+
+def test_a_rotary_axis_alone_has_its_time_on_its_lines() -> None:
+    """There and back by A alone, 1 degree each way at 100 degrees/min: 0.6 s of each line; X Y Z, which stand, measured none of it."""
+    program = read_text("G21 G90 G94 G64 P0.001\nG1 A-1 F100\nG1 A0 F100\nM2\n")
+    found = sample(plan(program, MACHINE), signals=["line"]).collect()
+    times = np.bincount(np.asarray(found.signals["line"], int))[2:4] * 1e-3
+    assert times == pytest.approx([0.6, 0.6], abs=0.05)
+    assert judge(found, program, MACHINE).holds

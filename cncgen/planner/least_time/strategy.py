@@ -12,6 +12,7 @@ from cncgen.planner.options import PlanOptions
 from cncgen.planner.record import Trajectory
 from cncgen.ranges import FEEDS
 from cncgen.toolpath.record import Toolpath
+from cncgen.units import to_file
 
 
 def plan_least_time(
@@ -38,7 +39,7 @@ def plan_least_time(
             return plan_blocks(smooth_blocks(chunks, machine), machine)
         from cncgen.planner.tube import Programmed, chorded, cornered, improve
 
-        fastest = math.hypot(*(axis.max_velocity for axis in machine.axes.values() if axis.letter in "XYZ"))
+        fastest = math.hypot(*(axis.max_velocity * to_file(letter) for letter, axis in machine.axes.items()))
         program = Programmed(machine.chord_tolerance_mm, min(fastest, FEEDS[1]))
         blocks = smooth_blocks(
             chunks, machine, lambda steady: chorded(program.over(cornered(steady)), machine)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic
+from cncgen.geometry.columns import norm
 from cncgen.geometry.tables import empty_arcs, empty_nurbs
 from cncgen.planner.motion import cut
 from cncgen.planner.record import Cubics, Limit, Profile, SharpCorner, Trajectory
@@ -154,7 +155,7 @@ class Hand:
             yield self._stand(held[0], wait)
         t = begin + self.later + np.concatenate([[0.0], np.cumsum(found.step[:count])])
         old = np.concatenate([[begin], nodes.t[:count]])
-        due = self._due(old[-1], (old, t, _speed(found.velocity[: count + 1] / self.program.scale)))
+        due = self._due(old[-1], (old, t, norm(found.velocity[: count + 1, :3])))
         self.time = float(old[-1])
         self.later = float(t[-1] - old[-1])
         template = held[0].toolpath
@@ -217,14 +218,15 @@ class Hand:
         jerk = found.jerk[:count] / scale
         cubics = Cubics(t, x[:-1], v[:-1], a[:-1], jerk)
         h = np.diff(t)
-        speed, rate = _along(v, a)
-        middle = np.sqrt(
-            ((v[:-1] + 0.5 * h[:, None] * (a[:-1] + 0.25 * h[:, None] * jerk))[:, :3] ** 2).sum(axis=1)
-        )
-        length = h * (speed[:-1] + 4.0 * middle + speed[1:]) / 6.0
+        # The length is over the axes that measure the row, as its own is.
+        over = nodes.weight[:count]
+        over = np.where(over.any(axis=1, keepdims=True), over, 1.0)
+        speed, rate = _along(v[:-1] * over, a[:-1] * over)
+        middle = norm((v[:-1] + 0.5 * h[:, None] * (a[:-1] + 0.25 * h[:, None] * jerk)) * over)
+        length = h * (speed + 4.0 * middle + norm(v[1:] * over)) / 6.0
         s = np.concatenate([[0.0], np.cumsum(length)])
-        j = 6.0 * (length - h * (speed[:-1] + 0.5 * h * rate[:-1])) / (h * h * h)
-        profile = Profile(t, s, speed[:-1], rate[:-1], j, np.zeros(count), self._limits(nodes, found, count))
+        j = 6.0 * (length - h * (speed + 0.5 * h * rate)) / (h * h * h)
+        profile = Profile(t, s, speed, rate, j, np.zeros(count), self._limits(nodes, found, count))
         first, stop, row_s = self._rows(begin, nodes, count, s)
         own = slice(first - program.base, stop - program.base)
         n = stop - first
@@ -267,20 +269,14 @@ class Hand:
         out[both(use(found.acceleration[: count + 1], self.bounds.acceleration))] = Limit.ACCELERATION
         out[both(use(found.velocity[: count + 1], self.bounds.velocity))] = Limit.VELOCITY
         weight = np.concatenate([nodes.weight[:1], nodes.weight[:count]])
-        speed = np.sqrt((found.velocity[: count + 1] ** 2 * weight).sum(axis=1))
+        speed = norm(found.velocity[: count + 1] * weight)
         out[both(speed > _BINDS * np.append(nodes.feed[:1], nodes.feed[:count]))] = Limit.FEED
         out[nodes.least[:count] > _BINDS * found.step[:count]] = Limit.FEED
         return out
 
 
-def _speed(v: Floats) -> Floats:
-    """Return the speed over X Y Z, shape (k,)."""
-    out: Floats = np.sqrt((v[:, :3] ** 2).sum(axis=1))
-    return out
-
-
 def _along(v: Floats, a: Floats) -> tuple[Floats, Floats]:
-    """Return speed and acceleration along the path over X Y Z, shape (k,)."""
-    speed = _speed(v)
-    rate = (v[:, :3] * a[:, :3]).sum(axis=1) / np.maximum(speed, 1e-12)
+    """Return speed and acceleration along the path, shape (k,)."""
+    speed = norm(v)
+    rate = (v * a).sum(axis=1) / np.maximum(speed, 1e-12)
     return speed, np.where(speed > 1e-9, rate, 0.0)

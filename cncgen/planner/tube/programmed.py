@@ -66,7 +66,7 @@ class Programmed:
     """
 
     def __init__(self, chord_mm: float, fastest: float = FEEDS[1]) -> None:
-        """Begin; `fastest` is the speed, mm/s, that the axes X Y Z allow at most."""
+        """Begin; `fastest` is the speed, mm/s, that the axes allow at most."""
         self.base = 0
         self.ended = False
         self.axes = ""
@@ -178,8 +178,9 @@ class Programmed:
         exact = ~loose(toolpath)[rows]
         # The feed is that of X Y Z, whose way may all lie within the tolerance. So it is the pace of the other axes as well. Rapids have none.
         swift = rapid(toolpath)[rows]
-        over = np.where(swift & ~path.moves_xyz[rows], 3, path.measured_by[rows])
-        bound = np.where(over == 2, ROTARY_RADIUS * feed, np.where(over == 3, self._fastest, feed))
+        over = path.measured_by[rows]
+        bound = np.where(over == 2, ROTARY_RADIUS * feed, feed)
+        bound = np.where((over == 3) | (swift & (over > 0)), self._fastest, bound)
         turns = (toolpath.end[rows] != toolpath.starts[rows])[:, 3:].any(axis=1)
         others = ~swift & (turns | (toolpath.kind[rows] == Kind.NURBS))
         return {
