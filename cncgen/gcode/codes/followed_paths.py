@@ -92,7 +92,7 @@ class FollowedSink(PassingSink):
         raise NotImplementedError
 
     def _carry(self, point: Point) -> None:
-        """Tell the lever of a line from the last point to this one: that of the end where it is longer."""
+        """Tell the lever of a line from the last point to this one, the longer of those of its ends."""
         before, self._last_lever = self._last_lever, self.lever(point)
         longer = max(before, self._last_lever)
         self.inner.set_lever(

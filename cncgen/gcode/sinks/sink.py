@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from cncgen.gcode.block import Block
 from cncgen.gcode.budget import Budget
 from cncgen.gcode.errors import BlockError
-from cncgen.records import dataclass
+from cncgen.records import dataclass, replace
 from cncgen.toolpath.record import Event, PathMode
 
 TYPE_CHECKING = False
@@ -72,22 +72,12 @@ class MotionBatch:
     creeps: bool
 
     def part(self, begin: int, end: int) -> MotionBatch:
-        """Return some of the rows; what is told of all stays."""
-        rows = slice(begin, end)
-        return MotionBatch(
-            motion=self.motion[rows],
-            end=self.end[rows],
-            feed=self.feed[rows],
-            feed_set=self.feed_set[rows],
-            centre=self.centre[rows],
-            turns=self.turns[rows],
-            line=self.line[rows],
-            offset=self.offset[rows],
-            source=self.source,
-            reach=self.reach,
-            turn=self.turn,
-            creeps=self.creeps,
-        )
+        """Return some of the rows. The bounds are those of all rows."""
+        return replace(self, **{name: getattr(self, name)[begin:end] for name in _COLUMNS})
+
+
+#: The columns of a `MotionBatch`.
+_COLUMNS = ("motion", "end", "feed", "feed_set", "centre", "turns", "line", "offset")
 
 
 def refuse_uvw(plane: int) -> None:

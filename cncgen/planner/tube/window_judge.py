@@ -21,8 +21,8 @@ _PHASES, _SEEN = 8, 1.0005
 
 
 def too_fast(found: Solved, velocity: Floats, feed: Floats, weight: Floats) -> NDArray[np.bool_]:
-    """Tell on which intervals an axis is over its velocity, shape (n,), or those over the feed, shape (k,), that have a `weight` of 1, not 0,
-    shape (k, n); the answer has shape (k,)."""
+    """Tell on which intervals an axis is over its velocity, shape (n,), or the axes with a `weight` of 1, shape (k, n), are together over the feed,
+    shape (k,); the answer has shape (k,)."""
     out = np.empty(len(found.step), np.int8)
     most, allowed = (1.0 + _OVER) * velocity, (1.0 + _FASTER) * feed
     tube_motion.too_fast(
