@@ -389,8 +389,8 @@ WITHOUT_NUMBER = rb"^[ \t]*(?P<word>:)[ \t]*(?:[(;]|\r?$)"
 PASSED = (TO_GRBL, TO_SIMULATOR, TO_DENFORD, OF_EDING, OF_MARLIN, WITHOUT_NUMBER)
 #: What stands before the slash of a block that may be left out.
 BEFORE_SLASH = rb"[ \t]*(?:" + BLOCK_NUMBER + rb"[ \t]*)?"
-#: A line that begins so, behind the end of the line before.
-LEFT_OUT = rb"\n" + BEFORE_SLASH + rb"/"
+#: A line that begins so, behind the end of the line before; most lines differ in their first character, which takes half the time.
+LEFT_OUT = rb"\n(?=[ \t/" + BLOCK_NUMBER[:1] + rb"])" + BEFORE_SLASH + rb"/"
 #: Units, by the tens of their codes, a computed code that may choose one, or G70 and G71 with codes alone behind them, as Mach and
 #: Hurco have them; a length and a feed; a lathe's surface speed and what bounds its spindle (`cncgen.gcode.assumed_units`).
 UNITS = {
