@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, NoPlanError
-from cncgen.geometry.columns import max_over_axes
+from cncgen.geometry.columns import max_over_axes, min_over_axes
 from cncgen.geometry.path import Path
 from cncgen.kernels import node_places
 from cncgen.planner.least_time.breakpoints import SHARP, Breakpoints, PathBlock, nearest
@@ -249,7 +249,7 @@ def _lower_steep(mesh: Mesh, top_at: TopAt) -> None:
         top_at: Gives the largest q.
     """
     top = mesh.top
-    low, high = top.min(axis=1), top.max(axis=1)
+    low, high = min_over_axes(top), max_over_axes(top)
     with np.errstate(invalid="ignore"):
         bent = np.abs(top[:, 0] - 2.0 * top[:, 1] + top[:, 2]) > BENT * low
     fast = (mesh.top_limit == Limit.VELOCITY) & bent & np.isfinite(high)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry.columns import min_over_axes
 from cncgen.kernels import planned_motion, seven_phase
 from cncgen.planner.least_time.mesh import LINE
 from cncgen.planner.least_time.problem import Intervals, Solution
@@ -86,7 +87,7 @@ def seven_phases(given: Intervals, lines: NDArray[np.int64]) -> tuple[NDArray[np
     """
     n, length = len(lines), given.h[lines]
     acc, jerk = (along_path(limit, given.x1[lines, 1]) for limit in given.limits)
-    top = np.sqrt(given.top[lines].min(axis=1))
+    top = np.sqrt(min_over_axes(given.top[lines]))
     table, offset = np.empty((7 * n, 7)), np.zeros(n + 1, np.int64)
     seven_phase.build(0, length, acc, jerk, top, np.zeros(n + 1), table, offset)
     duration, v, a, j, c, phase, way = table[: offset[-1]].T

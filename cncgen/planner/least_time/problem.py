@@ -15,6 +15,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from cncgen.geometry.columns import max_over_axes, min_over_axes
 from cncgen.kernels import (
     least_time,
     least_time_intervals,
@@ -294,8 +295,9 @@ class SplineRow:
         least_time_rows.nearest(kernel, margin, closest)
         names = np.array([Limit.FEED, Limit.ACCELERATION, Limit.JERK], np.int8)[closest]
         # Beside a rest the bound of q may be that of full jerk from there.
-        rests = (self.extra > 0.0).any(axis=1)
-        rests &= self.edge.min(axis=1) < _LOWER * given.top[at].min(axis=1)
+        rests = (max_over_axes(self.extra) > 0.0) & (
+            min_over_axes(self.edge) < _LOWER * min_over_axes(given.top[at])
+        )
         bound = np.where(rests, np.int8(Limit.JERK), given.top_limit[at])
         names = np.where(closest == least_time.BOX, bound, names)
         out = np.full(len(given), Limit.JERK, np.int8)
@@ -362,7 +364,7 @@ def _bent(given: Intervals, at: NDArray[np.int64]) -> NDArray[np.int8]:
     top = given.top[at]
     with np.errstate(invalid="ignore"):
         bend = np.abs(top[:, 0] - 2.0 * top[:, 1] + top[:, 2])
-    out: NDArray[np.int8] = (bend > BENT * top.min(axis=1)) & (given.top_limit[at] == Limit.VELOCITY)
+    out: NDArray[np.int8] = (bend > BENT * min_over_axes(top)) & (given.top_limit[at] == Limit.VELOCITY)
     return out.astype(np.int8)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, NoPlanError, Span
+from cncgen.geometry.columns import min_over_axes
 from cncgen.planner.least_time.chord_refinement import LOST, ChordedMotion, MeshPath
 from cncgen.planner.least_time.mesh import ENTER, ENTER_BACK, LEAVE, LEAVE_BACK, LINE, SPLINE, Mesh
 from cncgen.planner.least_time.motion_pieces import MotionPieces, pieces_of
@@ -134,7 +135,7 @@ class RollingWindow:
             lower = motion.held(left <= _EVERYWHERE)
             if lower is None:
                 break
-            known = _SLOWER * np.minimum(solution.q[:, 1], lower.top.min(axis=1))
+            known = _SLOWER * np.minimum(solution.q[:, 1], min_over_axes(lower.top))
             again = solve(lower, self.state, known, settled=self.unsettled > 0) if left else None
             if again and not again.converged:
                 # Slow enough, a motion from rest holds them.

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
+from cncgen.geometry.columns import max_over_axes, min_over_axes
 from cncgen.planner.least_time.mesh import SPLINE
 from cncgen.planner.least_time.problem import Intervals, Solution, profile, slopes
 from cncgen.planner.limits.axis_limits import along_path
@@ -70,7 +71,7 @@ def _part(given: Intervals, found: Solution, edge: Floats) -> float:
         float(acceleration.max()),
         float(jerk.max()) ** (2.0 / 3.0),
         float((q[spline][:, ::2] / edge).max()),
-        float((q[spline].max(axis=1) / given.top[spline].min(axis=1)).max()),
+        float((max_over_axes(q[spline]) / min_over_axes(given.top[spline])).max()),
         float((slope / sway).max()),
     )
     return _USED / max(most, _USED)
