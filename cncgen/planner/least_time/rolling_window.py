@@ -24,9 +24,9 @@ from cncgen.planner.limits.axis_limits import AxisLimits
 
 Floats = NDArray[np.float64]
 
-#: Intervals that a window holds before it is planned. Longer windows need more iterations; of shorter ones a larger part is
-#: planned twice.
-SIZE = 1600
+#: Intervals that a window holds before it is planned, and the first one, for which the first setpoints wait. Longer windows need more
+#: iterations; of shorter ones a larger part is planned twice.
+SIZE, FIRST = 3200, 1600
 #: The part of the limits of acceleration and jerk that is planned with. The rest is what the motion may use more
 #: between nodes, where no row holds it; measured (docs/least-time.md).
 MARGIN = 0.9993
@@ -66,7 +66,7 @@ class RollingWindow:
     used: int = 0
     state: tuple[float, float] | None = None
     reserve: Solution | None = None
-    wanted: int = SIZE
+    wanted: int = FIRST
     unsettled: int = _SETTLED
 
     def __len__(self) -> int:
@@ -93,7 +93,7 @@ class RollingWindow:
             final = len(given)
             if not (solution.fallback or stands):
                 final = _last_top(solution.q[:, 1], self._unfelt(solution, pieces))
-                if final < count // 8 and count < 16 * SIZE and not cut:
+                if final < count // 8 and count < 8 * SIZE and not cut:
                     self.wanted = 2 * count
                     continue
                 final = max(final, len(given) // 4, 1)
