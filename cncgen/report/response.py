@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from cncgen.report.tables import counted
+from cncgen.servo.simulate import contour_axes
 from cncgen.units import file_unit
 
 
@@ -22,7 +23,7 @@ def as_text(summary: dict[str, Any]) -> str:
         )
     if summary["contour_error_max_mm"] is not None:
         lines.append(
-            f"contour error rms {1000 * summary['contour_error_rms_mm']:.3f}, "
+            f"contour error{_measured(summary)} rms {1000 * summary['contour_error_rms_mm']:.3f}, "
             f"max {1000 * summary['contour_error_max_mm']:.3f} µm at {summary['contour_error_max_t_s']:.4f} s; "
             f"speed variation {summary['speed_variation_mm_s']:.4f} mm/s"
         )
@@ -31,6 +32,13 @@ def as_text(summary: dict[str, Any]) -> str:
     if "perturbed" in summary:
         lines += _spread_lines(summary["perturbed"])
     return "\n".join(lines)
+
+
+def _measured(summary: dict[str, Any]) -> str:
+    """Name the axes that the contour error is measured in where others move too, whose errors a tool's tip may follow."""
+    letters = "".join(summary["axes"]).upper()
+    measured = [letters[k] for k in contour_axes(letters)]
+    return f" of {' '.join(measured)} alone" if len(measured) < len(letters) else ""
 
 
 def _reference_line(found: dict[str, Any]) -> str:

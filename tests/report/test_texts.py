@@ -124,6 +124,7 @@ def test_a_controller_that_cannot_be_had_is_left_to_the_others() -> None:
 
 
 def test_text_of_a_simulation() -> None:
+    """The contour error is named with its axes where one that turns moves beside them."""
     axis = {"force_max": 1.23456, "force_unit": "V", "saturated_samples": 1, "tracking_max_t_s": 0.25}
     summary = {
         "samples": 2,
@@ -141,7 +142,7 @@ def test_text_of_a_simulation() -> None:
         "2 samples simulated with mine",
         "  X: tracking error rms 1.500, max 2.500 µm at 0.2500 s; force up to 1.235 V, 1 saturated sample",
         "  A: tracking error rms 3.500, max 4.500 mdeg at 0.2500 s; force up to 1.235 V, 2 saturated samples",
-        "contour error rms 5.500, max 6.500 µm at 0.7500 s; speed variation 0.1250 mm/s",
+        "contour error of X alone rms 5.500, max 6.500 µm at 0.7500 s; speed variation 0.1250 mm/s",
     ]
     assert "contour" not in response.as_text({**summary, "contour_error_max_mm": None})
 
