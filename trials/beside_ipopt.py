@@ -1,7 +1,8 @@
-"""G64 on random paths of two and three axes beside the least time that IPOPT finds within the same tolerance.
+"""G64 on random paths beside the least time that IPOPT finds within the same tolerance.
 
     pip install "cncgen[bench]"
-    python -m trials.beside_ipopt 40 --seed 2000
+    python -m trials.beside_ipopt 40 --seed 2000                # two and three axes
+    python -m trials.beside_ipopt 40 --seed 2000 --axes XYZAC   # lines over these, a degree as a millimetre
 
 Direct multiple shooting, which shares nothing with the planner: each row of the program is a phase of free duration, in
 steps of some 1 ms of constant jerk. Positions, velocities and accelerations of the axes go on where phases meet. Within a
@@ -26,13 +27,17 @@ from scipy.interpolate import BSpline
 
 import cncgen
 from cncgen.machine.reading import machine_from_toml
+from cncgen.units import ORDER_NAMES, file_unit, is_rotary, to_file
 from trials.seeds import first_for_tuning
 
 Floats = NDArray[np.float64]
 Point = tuple[float, ...]
 
-#: Limits of X, Y and Z: mm/s, mm/s², mm/s³.
-LIMITS = np.array([[250.0, 2500.0, 5e4], [250.0, 2500.0, 5e4], [150.0, 1200.0, 3e4]])
+#: Velocity, acceleration and jerk of each axis, in mm or degrees, and s.
+LIMITS = {
+    "X": (250.0, 2500.0, 5e4), "Y": (250.0, 2500.0, 5e4), "Z": (150.0, 1200.0, 3e4),
+    "A": (120.0, 1500.0, 3e4), "B": (120.0, 1500.0, 3e4), "C": (200.0, 2000.0, 4e4),
+}  # fmt: skip
 PERIOD_S = 1e-3
 #: Steps of a row at least, and of a chord of a NURBS.
 _LEAST_STEPS, _STEPS_OF_A_CHORD = 12, 2
@@ -78,18 +83,19 @@ class Curve:
         whole = np.searchsorted(counted, np.linspace(0.0, counted[-1], math.ceil(counted[-1]) + 1)[1:-1])
         return _lines(at[np.r_[0, whole, -1]])
 
-    def words(self) -> list[str]:
-        """Return the curve as blocks of G6.2: a knot and a point each, then the other knots."""
+    def words(self, letters: str) -> list[str]:
+        """Return the curve as blocks of G6.2 over axes: a knot and a point each, then the other knots."""
         points = zip(self.knots, self.points.tolist(), self.weights, strict=False)
-        lines = [f"K{knot:.9f} {_words(point)} R{weight:.9f}" for knot, point, weight in points]
+        lines = [f"K{knot:.9f} {_words(point, letters)} R{weight:.9f}" for knot, point, weight in points]
         lines[0] = f"G6.2 P{self.degree + 1} {lines[0]}"
         return [*lines, *(f"K{knot:.9f}" for knot in self.knots[len(self.points) :])]
 
 
 @dataclass(frozen=True)
 class Case:
-    """A path, its tolerance in mm, and its feed in mm/min."""
+    """A path over the axes `letters`, its tolerance in mm, and its feed in mm/min, along X Y Z."""
 
+    letters: str
     rows: list[Row]
     tolerance: float
     feed: float
@@ -98,22 +104,22 @@ class Case:
     @property
     def axes(self) -> int:
         """Return how many axes move."""
-        return len(self.rows[0].begin)
+        return len(self.letters)
 
     def program(self) -> str:
         """Return the path as G-code."""
         lines = [
-            f"(START, {_words(self.rows[0].begin)})",
+            f"(START, {_words(self.rows[0].begin, self.letters)})",
             f"G21 G90 G94 G17 G64 P{self.tolerance} F{self.feed}",
         ]
         if self.curve is not None:
-            return "\n".join([*lines, *self.curve.words(), "M2", ""])
+            return "\n".join([*lines, *self.curve.words(self.letters), "M2", ""])
         for row in self.rows:
             code = {0: "G1", 1: "G3", -1: "G2"}[row.turn]
             middle = [
                 f"{letter}{c - b:.9f}" for letter, c, b in zip("IJ", row.centre, row.begin, strict=False)
             ]
-            lines.append(" ".join([code, _words(row.end), *middle]))
+            lines.append(" ".join([code, _words(row.end, self.letters), *middle]))
         return "\n".join([*lines, "M2", ""])
 
     def machine(self) -> str:
@@ -121,13 +127,15 @@ class Case:
         text = (
             f'name = "ipopt"\nperiod_s = {PERIOD_S}\nchord_tolerance_mm = 0.001\npath_tolerance_mm = 0.01\n'
         )
-        for letter, (v, a, j) in zip("xyz"[: self.axes], LIMITS.tolist(), strict=False):
-            text += f"[axes.{letter}]\nmax_velocity_mm_s = {v}\nmax_acceleration_mm_s2 = {a}\nmax_jerk_mm_s3 = {j}\n"
+        for letter in self.letters:
+            text += f"[axes.{letter.lower()}]\n"
+            for name, unit, limit in zip(ORDER_NAMES, ("s", "s2", "s3"), LIMITS[letter], strict=True):
+                text += f"max_{name}_{file_unit(letter)}_{unit} = {limit}\n"
         return text
 
 
-def _words(point: Sequence[float]) -> str:
-    return " ".join(f"{letter}{value:.9f}" for letter, value in zip("XYZ", point, strict=False))
+def _words(point: Sequence[float], letters: str) -> str:
+    return " ".join(f"{letter}{value:.9f}" for letter, value in zip(letters, point, strict=True))
 
 
 # Paths.
@@ -232,21 +240,28 @@ def _nurbs(rng: np.random.Generator, axes: int, tolerance: float) -> Curve:
     return Curve(degree, knots, points, np.r_[1.0, weights[1:-1], 1.0])
 
 
+#: The kinds of paths: lines over any axes, and what lies in the plane of X and Y, or is a curve.
+LINES: tuple[Callable[[np.random.Generator, int, float], list[Row]], ...] = (
+    _chain, _near_corners, _corner, _zigzag, _stairs, _short_rows,
+)  # fmt: skip
 KINDS: tuple[Callable[[np.random.Generator, int, float], list[Row] | Curve], ...] = (
-    _chain, _near_corners, _corner, _zigzag, _stairs, _short_rows, _u_turn, _bent_arc, _nurbs,
+    *LINES, _u_turn, _bent_arc, _nurbs,
 )  # fmt: skip
 
 
-def cases(count: int, seed: int) -> Iterator[Case]:
-    """Draw cases: each kind in turn, two axes and three."""
+def cases(count: int, seed: int, letters: str | None = None) -> Iterator[tuple[str, Case]]:
+    """Draw cases with their kinds: each kind in turn, over two axes and three; or lines over the axes that are named."""
     for k in range(count):
         rng = np.random.default_rng([seed, k])
         tolerance = float(np.exp(rng.uniform(math.log(0.005), math.log(0.2))))
-        axes = 2 + k // len(KINDS) % 2
-        drawn = KINDS[k % len(KINDS)](rng, axes, tolerance)
+        kinds = KINDS if letters is None else LINES
+        axes = letters or "XYZ"[: 2 + k // len(KINDS) % 2]
+        kind = kinds[k % len(kinds)]
+        drawn = kind(rng, len(axes), tolerance)
         curve = drawn if isinstance(drawn, Curve) else None
         rows = drawn.chords(_SAG * tolerance) if isinstance(drawn, Curve) else drawn
-        yield Case(rows, tolerance, float(rng.choice([2000, 4000, 6000, 9000])), curve)
+        feed = float(rng.choice([2000, 4000, 6000, 9000]))
+        yield kind.__name__.strip("_"), Case(axes, rows, tolerance, feed, curve)
 
 
 # The optimum.
@@ -302,7 +317,8 @@ def optimum(case: Case, guess: Floats) -> tuple[float, str]:
     """Return the least time that IPOPT finds from a motion, shape (n, axes), at setpoints; and how it ended."""
     import casadi
 
-    v, a, j = LIMITS[: case.axes].T
+    v, a, j = np.array([LIMITS[letter] for letter in case.letters]).T
+    along = [k for k, letter in enumerate(case.letters) if not is_rotary(letter)]
     t = PERIOD_S * np.arange(len(guess))
     rates = [guess]
     for limit in (v, a, j):
@@ -326,9 +342,7 @@ def optimum(case: Case, guess: Floats) -> tuple[float, str]:
             problem.hold((w[1:] - w[:-1]) * v[k] / 10 - h * (a[k] * b[:-1] + h * j[k] / 2 * u) / 10, 0, 0)
             problem.hold((b[1:] - b[:-1]) * a[k] / 100 - h * j[k] * u / 100, 0, 0)
             states.append((p, w, b))
-        problem.hold(
-            sum((states[k][1] * v[k]) ** 2 for k in range(case.axes)) / (case.feed / 60.0) ** 2, -np.inf, 1
-        )
+        problem.hold(sum((states[k][1] * v[k]) ** 2 for k in along) / (case.feed / 60.0) ** 2, -np.inf, 1)
         _keep_near(problem, row, [state[0] for state in states], case.tolerance)
         for k, state in enumerate(states):
             for order in range(3):
@@ -384,6 +398,7 @@ def ratio(case: Case) -> tuple[float, str]:
     machine = machine_from_toml(case.machine().encode(), "ipopt.toml")
     setpoints, summary = cncgen.plan_with_summary(cncgen.read_text(case.program()), machine)
     guess = np.concatenate([chunk.position for chunk in setpoints.chunks])
+    guess = guess * [to_file(letter) for letter in case.letters]
     least, ended = optimum(case, guess)
     return summary.as_json()["motion_time_s"] / least, ended
 
@@ -395,15 +410,15 @@ def main() -> None:
     )
     parser.add_argument("count", type=int, nargs="?", default=32)
     parser.add_argument("--seed", type=int, default=first_for_tuning("beside_ipopt"))
+    parser.add_argument("--axes", help="letters, X first: lines over these alone")
     given = parser.parse_args()
     ratios = []
-    for k, case in enumerate(cases(given.count, given.seed)):
+    for k, (kind, case) in enumerate(cases(given.count, given.seed, given.axes)):
         found, ended = ratio(case)
         if ended in _FOUND:
             ratios.append(found)
-        kind = KINDS[k % len(KINDS)].__name__.strip("_")
         print(
-            f"{given.seed}:{k} {kind}, {case.axes} axes, P{case.tolerance:.4g} F{case.feed:g}: {found:.4f} ({ended})",
+            f"{given.seed}:{k} {kind}, {case.letters}, P{case.tolerance:.4g} F{case.feed:g}: {found:.4f} ({ended})",
             flush=True,
         )
     above = sum(found > ALLOWED for found in ratios)
