@@ -118,3 +118,18 @@ def test_faults(run: Run, text: str, code: str, part: str) -> None:
     error = next(d for d in run(f"{text}\nM30", dialect="sinumerik").diagnostics if d.severity == "error")
     assert error.code == code
     assert part in error.message
+
+
+def test_an_arc_through_a_point_has_a_corner_as_any_arc(run: Run) -> None:
+    """RND behind CIP was left out without a word: the fillet of radius r touches Y0 and the circle of 10 about (10, 0) from outside,
+    so its centre is at (10 + sqrt((10 + r)² - r²), r). In space the corner is left out, with a warning."""
+    ends, said = seen(run, "CIP X20 Y0 I1=10 J1=10 RND=2 F100\nG1 X40")
+    reach = math.sqrt(140.0)
+    assert ends[:2] == [
+        [pytest.approx(10.0 + reach * 10.0 / 12.0, abs=1e-6), pytest.approx(20.0 / 12.0, abs=1e-6), 0],
+        [pytest.approx(10.0 + reach, abs=1e-6), 0, 0],
+    ]
+    assert said == []
+    ends, said = seen(run, "CIP X20 Y0 Z5 I1=10 J1=10 K1=7 RND=2 F100\nG1 X40")
+    assert ends == [[20, 0, 5], [40, 0, 5]]
+    assert said == ["corner-plane"]

@@ -86,3 +86,21 @@ def test_a_traverse_of_axes_by_themselves_is_told(run: Any) -> None:
     assert [(d.code, d.span.line) for d in out.diagnostics if d.code == "traverse-straight"] == [
         ("traverse-straight", 1)
     ]
+
+
+@pytest.mark.parametrize("call", ['MSG("x")', "STOPRE", "CYCLE832(0.01,1,1)", "UP(1)"])
+def test_words_beside_a_call_count(run: Any, call: str) -> None:
+    """F, S and T beside a message, a cycle or a subprogram were lost without a word; what no one uses is an error, as in any block."""
+    text = "F500 S100 M3\n{} F200 S300\nG1 X10\nM30\n%_N_UP_SPF\nPROC UP(REAL A)\nM17"
+    out = run(text.format(call), dialect="sinumerik")
+    assert out.errors == []
+    line = out.path.kind == 0
+    assert (out.path.feed[line] * 60.0).tolist() == pytest.approx([200.0])
+    out = run(f"{call} RND=1\nM30\n%_N_UP_SPF\nPROC UP(REAL A)\nM17", dialect="sinumerik")
+    assert out.errors == [("unused-word", 1, len(call) + 2)]
+
+
+def test_a_cycle_begins_where_the_motion_of_its_block_ends(moves: Any) -> None:
+    """It drilled where the block before had led, and the motion came after it; its F is that of the block."""
+    found = moves("S100 M3\nG0 Z10\nG1 X15 CYCLE81(10,0,2,-5) F50\nM30", dialect="sinumerik")
+    assert found == [(0, 0, 10, 0), (15, 0, 10, 50), (15, 0, 2, 0), (15, 0, -5, 50), (15, 0, 10, 0)]

@@ -282,3 +282,22 @@ def test_runs_of_motions_are_what_their_motions_are_alone(
     np.testing.assert_array_equal(plain.path.line, slow.path.line)
     assert plain.path.lever is not None
     np.testing.assert_allclose(plain.path.lever, slow.path.lever, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect", "name", "end"),
+    [
+        ("G43.4 H1\nG95\nM30", "fanuc", "G43.4", "G49"),
+        ("G234 H1\nG95\nM30", "fanuc", "G234", "G49"),
+        ("TRAORI\nG95\nM30", "sinumerik", "TRAORI", "TRAFOOF"),
+        ("0 BEGIN PGM A MM\n1 M128\n2 M136\n3 END PGM A MM", "heidenhain", "M128", "M129"),
+    ],
+)
+def test_a_refusal_names_the_word_of_the_program(
+    run: Any, text: str, dialect: str, name: str, end: str
+) -> None:
+    """All of them said that G43.4 is in force, and that G49 ends it."""
+    faults = [d for d in run(text, dialect=dialect, kinematics=TABLES).diagnostics if d.severity == "error"]
+    assert [(d.code, d.message.endswith(f"not under {name}"), d.hint) for d in faults] == [
+        ("tcp-refused", True, f"use {end}")
+    ]

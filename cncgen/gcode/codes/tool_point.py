@@ -19,7 +19,7 @@ from cncgen.gcode.codes.affine import AffineSink, FramedSink, applied
 from cncgen.gcode.codes.followed_paths import LEVER_STEPS, MOST_A_MINUTE, FollowedSink, Path
 from cncgen.gcode.codes.table import OF_FANUC, ROTARY_PATH, TOOL_POINT, Code
 from cncgen.gcode.codes.tools import number_in_force, table_offset, take_length
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import MotionBatch, Point, Sink
 from cncgen.gcode.state.modal import PLAIN_MOTIONS, Stage, to_machine, to_program, zeros
@@ -37,16 +37,18 @@ _LINEAR, _ROTARY, _SECOND = (0, 1, 2), (3, 4, 5), (6, 7, 8)
 #: The least lever, in length units a radian, of a run of motions.
 _STUB = 1e-6
 _DIRECTIONS = 435
+#: What ends it in the languages that do not write G49.
+_ENDS = {"M128": "M129", "PLANE": "M129", "TRAORI": "TRAFOOF"}
 
 
 class ToolPointSink(FollowedSink):
     """Passes motions of the tip on as motions of the machine; other calls go through."""
 
-    fault, remedy, under = "tcp-refused", "use G49", TOOL_POINT
+    fault, under = "tcp-refused", TOOL_POINT
 
-    def __init__(self, inner: Sink, ip: Interpreter, kinematics: Kinematics) -> None:
-        super().__init__(inner, ip, "G43.4")
-        self.kinematics = kinematics
+    def __init__(self, inner: Sink, ip: Interpreter, kinematics: Kinematics, name: str) -> None:
+        super().__init__(inner, ip, name)
+        self.kinematics, self.remedy = kinematics, f"use {_ENDS.get(name, 'G49')}"
 
     # Between the tip and the machine: points one at a time, or nine columns for as many.
 
@@ -211,11 +213,16 @@ def turn_on(ip: Interpreter, block: Block, name: str = "G43.4") -> None:
 
     Without the kinematics of a machine it is refused, or X Y Z stay places of the tip where no machine will move (`ReadOptions.tips_alone`).
     """
-    try:
-        _turn_on(ip, block)
-    except BlockError as error:
-        message = error.message.replace("G43.4", name)
-        raise BlockError(error.code, message, name, hint=error.hint, values=error.values) from None
+    faults = (
+        (ip.state.compensation != 40, "cutter compensation", "use G40"),
+        (ip.state.feed_mode == 95, "G95", "use G94"),
+    )
+    refuse(
+        name,
+        *((holds, "tcp-refused", f"{name} does not go with {what}", hint) for holds, what, hint in faults),
+    )
+    number = number_in_force(ip, block, name)
+    begin(ip, table_offset(ip, number)[2] if number else 0.0, name)
     if ip.options.kinematics is None:
         hint = "give --machine a TOML file with a table [kinematics]"
         if not ip.options.tips_alone:
@@ -271,22 +278,13 @@ def _directed(ip: Interpreter, block: Block) -> Block:
     return replace(block, words=words)
 
 
-def _turn_on(ip: Interpreter, block: Block) -> None:
-    if ip.state.compensation != 40:
-        raise BlockError("tcp-refused", "G43.4 does not go with cutter compensation", "G43.4", hint="use G40")
-    if ip.state.feed_mode == 95:
-        raise BlockError("tcp-refused", "G43.4 does not go with G95", "G43.4", hint="use G94")
-    number = number_in_force(ip, block, "G43.4")
-    begin(ip, table_offset(ip, number)[2] if number else 0.0)
-
-
-def begin(ip: Interpreter, length: float) -> None:
-    """Follow the tip of a tool of that length, in the program's unit, the machine staying where it is."""
+def begin(ip: Interpreter, length: float, name: str) -> None:
+    """Follow the tip of a tool of that length, in the program's unit, the machine staying where it is; a word of the program asks for it."""
     end(ip, 43.4, [0.0, 0.0, length, *zeros()[3:]])
     if ip.options.kinematics is None:
         return
     below = ip.sink.inner if isinstance(ip.sink, FramedSink) else ip.sink
-    tool = ToolPointSink(below, ip, ip.options.kinematics)
+    tool = ToolPointSink(below, ip, ip.options.kinematics, name)
     tip = tool.tip_of(ip.to_work(ip.state.position))
     tool.place_tip(tip)
     if isinstance(ip.sink, FramedSink):

@@ -91,7 +91,7 @@ def turn(ip: Interpreter, kinematics: Kinematics, axes: affine.Positions, wanted
     follows = wanted.how == "MOVE" and ip.state.length_code != affine.FOLLOWED
     if follows:
         code, offset = ip.state.length_code, list(ip.state.tool_offset)
-        tool_point.begin(ip, offset[2] + wanted.below)
+        tool_point.begin(ip, offset[2] + wanted.below, "PLANE")
     feed = ip.state.feed
     steps = carried_planes.words(ip, kinematics, axes)
     if wanted.feed > 0.0:

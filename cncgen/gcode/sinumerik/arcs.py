@@ -55,7 +55,7 @@ def make(motions: Motions, words: Words, given: dict[str, float], end: list[floa
     begin, finish = complex(start[first], start[second]), complex(end[first], end[second])
     corner = motions.corner(words)
     if motions.motion == "CIP":
-        curves.through(motions, words, given, end)
+        curves.through(motions, words, {**given, **corner}, end)
         return
     turns = words.named.pop("TURN", ("", 0.0))[1]
     spoke, radius = None, 0.0

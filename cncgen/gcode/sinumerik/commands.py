@@ -109,7 +109,7 @@ def not_read(name: str, what: str = "") -> BlockError:
 
 
 def run(motions: Motions, words: Words) -> None:
-    """Do the words without a number of a block, and its calls."""
+    """Do the words without a number of a block."""
     if "MCALL" in words.commands:
         _modal_call(motions, words)
         return
@@ -135,9 +135,6 @@ def run(motions: Motions, words: Words) -> None:
         elif name not in _ACCEPTED and name not in RETURNS and name not in ("SUPA", "RNDM"):
             times = words.named.pop("P", ("", 1.0))[1]
             motions.run_call(name, None, round(times))
-    for name, arguments in words.calls:
-        times = words.named.pop("P", ("", 1.0))[1]
-        motions.run_call(name, arguments, round(times))
 
 
 def _one_frame(names: Iterable[str]) -> None:
@@ -391,7 +388,9 @@ def take_edge(motions: Motions) -> None:
         message = f"D{motions.edge} is read as D1: the tool table has one edge of each tool"
         ip.note("tool-edge", message, "D", f"$TC_DP3[{ip.state.tool},{motions.edge}]= describes it")
     if ip.state.length_code == frames.FOLLOWED:
-        tool_point.begin(ip, table_offset(ip, ip.state.tool)[2] if motions.edge and ip.state.tool else 0.0)
+        tool_point.begin(
+            ip, table_offset(ip, ip.state.tool)[2] if motions.edge and ip.state.tool else 0.0, "TRAORI"
+        )
     else:
         tool = ip.state.tool if motions.edge else 0
         with motions.shifting():

@@ -215,7 +215,12 @@ def _in_space(
     end_x, end_y, _ = affine.applied(affine.transposed(turned), c)
     # In that frame the spoke of the start lies along X, and Z stays.
     words = {"x": end_x, "y": end_y, "i": -math.hypot(*spoke), "j": 0.0}
-    others = {axis: value for axis, value in given.items() if axis not in "xyz"}
+    # A corner is of the plane in force, which the arc leaves.
+    others = {axis: value for axis, value in given.items() if axis in "abcuvw"}
+    size = next((word for word in (",r", ",c", ",h") if word in given), "")
+    if size:
+        message = "the arc of CIP leaves the plane in force: the corner at its end is left out"
+        motions.ip.warn("corner-plane", message, "CIP", "a corner joins two motions in the plane")
     affine.change(motions.ip, frames.whole().then(affine.Frame(turned)), frames.axes)
     try:
         if plane != 17:

@@ -278,18 +278,17 @@ class Motions:
         words = Words()
         for item in items:
             self._take(item, words)
-        if words.calls and not words.axes and not words.g and not words.commands:
-            self._call(words)
-            return feeds_and_tools.functions(self, words)
         if words.commands or words.calls:
             commands.run(self, words)
         commands.rounding(self, words)
         self._modes(words)
         again = self._calls_again(words)
         feeds_and_tools.take(self, words)
+        self._call(words, cycles=False)
         ended = feeds_and_tools.functions(self, words)
         feeds_and_tools.dwell(self, words)
         moved = self._move(words) or again
+        self._call(words, cycles=True)
         measuring.keep(self, words)
         self._left_over(words)
         if moved and self.modal is not None and not self.in_modal:
@@ -406,8 +405,9 @@ class Motions:
 
     # Calls.
 
-    def _call(self, words: Words) -> None:
-        for name, arguments in words.calls:
+    def _call(self, words: Words, *, cycles: bool) -> None:
+        """Run the calls with arguments: the cycles, which begin where the motion of their block ends, or the others."""
+        for name, arguments in [call for call in words.calls if (call[0] in _CYCLES) is cycles]:
             times = words.named.pop("P", ("", 1.0))[1]
             self.run_call(name, arguments, round(times))
 
