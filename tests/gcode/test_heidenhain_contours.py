@@ -19,6 +19,7 @@ from cncgen.gcode.codes.pockets import Clearing
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.machine.kinematics import Kinematics
+from cncgen.toolpath.record import FeedMode
 
 Run = Callable[..., Any]
 DATA = "CYCL DEF 20 CONTOUR DATA ~\n Q1=-4 ~\n Q2=1 ~\n Q3=+0.5 ~\n Q4=+0 ~\n Q5=+0 ~\n Q6=2 ~\n Q7=+50 ~\n Q9=+1\n"
@@ -435,3 +436,83 @@ def test_a_plane_by_the_angles_of_axes(run: Run) -> None:
 def test_labels_without_a_blank(run: Run) -> None:
     assert ends(run, "FN 9: IF +1 EQU +1 GOTO LBL 2\nL X+9 FMAX\nLBL2\nL X+5 FMAX") == [[5, 0, 0]]
     assert ends(run, "CALL LBL3\nCALL LBL3", "LBL3\nL IX+1 FMAX\nLBL0") == [[1, 0, 0], [2, 0, 0]]
+
+
+DRILL = "TOOL DEF 1 L+0 R+4\nTOOL CALL 1 Z S1000 F100\nCYCL DEF 200 Q200=2 Q201=-5 Q206=100 Q202=5 Q210=0 Q203=0 Q204=9 Q211=0\n"
+ELEMENTS = ["CT X+40 Y+20", "CC X+30 Y+20\nCTP PR+10 PA+0", "FL X+40 Y+20", "FCT X+40 Y+20 DR+"]
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_tangential_and_free_elements_have_the_functions_of_lines(run: Run, element: str) -> None:
+    """They lost R0, so that the tool stayed beside the contour, M99 and M89, so that holes were missing, without a word.
+
+    Each leads to (40, 20); R0 ends compensation on the way there, as on L. M89 drills there and at the line's end.
+    """
+    out = run(
+        program(f"{DRILL}L X+0 Y+10 Z+9 FMAX M3\nL X+11 RL F100\nL X+30\n{element} R0\nL X+60"),
+        dialect="heidenhain",
+    )
+    # Compensation does not end on an arc by its centre.
+    assert [fault[0] for fault in out.errors] == ["comp-exit"] * element.startswith("FC")
+    assert out.errors or out.path.end[out.path.kind != 3, :3].round(6).tolist()[-2:] == [
+        [40, 20, 9],
+        [60, 20, 9],
+    ]
+    for function, count in (("", 0), ("M99", 1), ("M89", 2)):
+        body = f"{DRILL}L X+0 Y+10 Z+9 FMAX M3\nL X+30 F100\n{element} {function}\nL X+60"
+        holes = [place for place in ends(run, body) if place[2] == -5.0]
+        assert holes == [[40, 20, -5], [60, 20, -5]][:count]
+
+
+def test_a_free_line_traverses_by_fmax(run: Run) -> None:
+    """FMAX of FL was lost: it went at the feed in force."""
+    out = run(program("L X+0 Y+0 FMAX\nL X+10 F100\nFL X+10 Y+20 FMAX\nL X+0 F50"), dialect="heidenhain")
+    assert out.errors == []
+    rapid = out.path.feed_mode[out.path.kind == 0] == FeedMode.RAPID
+    assert rapid.tolist() == [False, True, False]
+
+
+@pytest.mark.parametrize(
+    ("block", "code"),
+    [
+        ("FL X+20 Y+20 LEN3", "free-contour"),
+        ("FL X+20 Y+10\nFCT DR+ R5 CCA90 LEN2", "free-contour"),
+        ("FL X+20 Y+10\nFCT X+25 Y+15 DR+ R7", "free-contour"),
+        ("FPOL X+0 Y+0\nFL PR+20 PA+45 X+3", "free-contour"),
+        ("FL X+20 Y+10\nFCT DR+ R5 CCA90 FMAX", "syntax"),
+        ("CT X+20 Y+20 DR+", "unused-word"),
+        ("CT X+20 Y+20 PR+5", "unused-word"),
+        ("CT X+20 Y+20 M91", "g53-motion"),
+        ("CC X+0 Y+0\nLP PR+10 PA+30 X+3", "unused-word"),
+        ("CC X+0 Y+0\nCP PA+90 DR+ Y+3", "unused-word"),
+        ("CC X+0 Y+0\nCTP PR+20 PA+10 IX+3", "unused-word"),
+    ],
+)
+def test_words_that_contradict_others_are_errors(run: Run, block: str, code: str) -> None:
+    """One of them was passed over without a word."""
+    out = run(program(f"L X+0 Y+10 R0 FMAX\nL X+11 F100\n{block}"), dialect="heidenhain")
+    assert [error[0] for error in out.errors] == [code]
+
+
+def test_data_of_an_element_may_say_more_than_it_needs(run: Run) -> None:
+    """A quarter of a circle of 5 about (20, 15); its chord is 7.071 on the drawing."""
+    body = "L X+0 Y+10 R0 FMAX\nL X+11 F100\nFL X+20 Y+10 LEN9\nFCT X+25 Y+15 DR+ R5 LEN7.071 CCX+20 CCY+15"
+    assert ends(run, body)[-1] == [25, 15, 0]
+
+
+@pytest.mark.parametrize(
+    ("before", "element", "end"),
+    [
+        ("L X+30", "FLT LEN10", [40, 10]),
+        ("L X+30", "FCT R5 DR+ CCA90", [35, 15]),
+        ("CC X+11 Y+20\nC X+21 Y+20 DR+", "FLT LEN10", [21, 30]),
+        ("CC X+11 Y+20\nC X+21 Y+20 DR+", "FCT R5 DR- CCA90", [26, 25]),
+        ("CT X+21 Y+20", "FLT LEN10", [21, 30]),
+    ],
+)
+def test_a_free_element_goes_on_from_a_line_or_arc(
+    run: Run, before: str, element: str, end: list[float]
+) -> None:
+    """FLT LEN10 behind a line of 19 went 190 far, without a word, and FCT was refused: the direction had the length of the motion before."""
+    body = f"L X+0 Y+10 R0 FMAX\nL X+11 F100\n{before}\n{element}"
+    assert ends(run, body)[-1] == pytest.approx([*end, 0])

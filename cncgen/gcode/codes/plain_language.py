@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from cncgen.gcode.block import AXES, Block, Own
 from cncgen.gcode.codes import tool_point
@@ -20,7 +20,7 @@ from cncgen.gcode.codes.subprograms import tell_builders
 from cncgen.gcode.codes.table import Code, Handler
 from cncgen.gcode.codes.tools import table_offset, tell_unknown
 from cncgen.gcode.codes.turning_profiles import Segment
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.sinks.sink import RADIUS_TOLERANCE
 from cncgen.gcode.state.modal import PLANE_AXES, Stage, in_plane
@@ -42,7 +42,7 @@ class Plain:
         pole: In program coordinates, in its plane.
         cycle: The cycle that is called, 0 for none.
         modal: Whether each motion calls it (M89).
-        heading: In which direction the last motion ended, in XY.
+        heading: The direction in which the last motion ended, in XY, of length 1.
         parts: Values of a cycle that has them in parts, by their names (1 to 5, 17).
         sizes: Length and diameter, before oversizes, of the tools that had some.
         defined: The tools whose sizes TOOL DEF gave.
@@ -118,6 +118,13 @@ def polar_place(words: dict[str, float], centre: complex, here: complex) -> comp
     return centre + cmath.rect(radius, math.radians(angle))
 
 
+def refuse_cartesian(words: Mapping[str, float], plane: int, name: str) -> None:
+    """Raise where a block in polar coordinates has one of the plane's axes."""
+    axis = next((AXES[index].upper() for index in PLANE_AXES[plane][:2] if AXES[index] in words), "")
+    message = f"{axis} stands beside {name}, whose end is given by PR and PA"
+    refuse(axis, (bool(axis), "unused-word", message, "L, C or CT go to X and Y"))
+
+
 def _sense(block: Block, name: str) -> float:
     """Return 1 for DR+, -1 for DR-."""
     if "dr" not in block.words:
@@ -139,7 +146,8 @@ def _arc(ip: Interpreter, end: list[float], centre: complex, turns: int, plane: 
     ip.sink.arc_feed(end, centre.real, centre.imag, turns, plane)
     state.position, state.moved, state.motion = end, True, 10
     if plane == 17:
-        Plain.of(ip).heading = (1j if turns > 0 else -1j) * (finish - centre)
+        spoke = finish - centre
+        Plain.of(ip).heading = (1j if turns > 0 else -1j) * spoke / abs(spoke) if spoke else None
 
 
 def circle(ip: Interpreter, block: Block) -> None:
@@ -166,6 +174,7 @@ def radius_arc(ip: Interpreter, block: Block) -> None:
 def polar_arc(ip: Interpreter, block: Block) -> None:
     """CP: an arc or helix about the pole to the angle PA, or by IPA; without either the angle stays, which makes a whole turn."""
     words, (centre, plane) = block.words, pole_of(ip, "CP")
+    refuse_cartesian(words, plane, "CP")
     sense = _sense(block, "CP")
     spoke = in_plane(ip.state.position, plane) - centre
     if "ipa" in words:
@@ -186,6 +195,7 @@ def polar_arc(ip: Interpreter, block: Block) -> None:
 def polar_line(ip: Interpreter, block: Block) -> None:
     """LP: a line to a point in polar coordinates about the pole."""
     words, (centre, plane) = block.words, pole_of(ip, "LP")
+    refuse_cartesian(words, plane, "LP")
     end = ip.end_point(block)
     first, second, _ = PLANE_AXES[plane]
     finish = polar_place(words, centre, in_plane(ip.state.position, plane))

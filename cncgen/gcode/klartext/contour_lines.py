@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 from cncgen.diagnostics import Severity
-from cncgen.gcode.block import Own
+from cncgen.gcode.block import AXIS_INDEX, Own
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError
 from cncgen.gcode.klartext import contours, free_contours
@@ -58,20 +58,20 @@ class ContourLines(Execution):
         if statement.data[0]:
             contours.take_polar_end(self.ip, block.words)
         side = tuple(number for number in block.g if number in (410, 420))
-        corner = self._corner_after(at)
         if side or self.ip.guard is not None:
             self._execute(block.beside({}, side))
-        if "f" in block.words:
-            self._execute(block.beside({"f": block.words["f"]}))
         end, centre, sense = contours.tangent_arc(self.ip, block.words)
+        if "dr" in block.words:
+            message = "DR stands beside CT, whose sense of rotation is that of the element before"
+            raise BlockError("unused-word", message, "DR", hint="C and CR have DR")
+        words = {"xyzabcuvw"[k]: end[k] for k in range(9) if end[k] != self.ip.state.position[k]}
+        rest = {letter: value for letter, value in block.words.items() if letter not in AXIS_INDEX}
+        block.words, block.g = {**rest, **words, "dr": float(sense)}, (Own.CIRCLE, *block.g)
         plain = Plain.of(self.ip)
         pole, plane = plain.pole, plain.plane
         plain.pole, plain.plane = centre, 17
-        words = {"xyzabcuvw"[k]: end[k] for k in range(9) if end[k] != self.ip.state.position[k]}
-        words["dr"] = float(sense)
-        words |= corner
         try:
-            self._execute(block.beside(words, (Own.CIRCLE,), block.m))
+            self._execute_whole(at, statement.marks, block)
         finally:
             plain.pole, plain.plane = pole, plane
 
@@ -160,18 +160,20 @@ class ContourLines(Execution):
         chain = free_contours.Chain(elements, start, plain.heading, self._known)
         for element, segment in zip(elements, chain.solve(), strict=True):
             count = next((most for one, most in chain.chosen if one is element), 0)
+            free_contours.check_data(element, segment)
             block = self._block(element.at, plain_language.line(element.rest))
-            corner = self._corner_after(element.at)
             block.words |= {"x": segment.end.real, "y": segment.end.imag}
             if segment.centre is not None:
                 spoke = segment.centre - segment.start
                 block.words |= {"i": spoke.real, "j": spoke.imag}
-            block.words |= corner
-            block.g = (*block.g, {0: 10, 1: 30, -1: 20}[segment.spin])
+            fast = any(name == "FMAX" for name, _ in element.rest)
+            if fast and segment.spin:
+                raise BlockError("syntax", "this is no traverse: FMAX", "FMAX", hint="F gives its feed")
+            block.g = (*block.g, {0: 0 if fast else 10, 1: 30, -1: 20}[segment.spin])
             if count:
                 self._enter(self._lines[element.at])
                 self.ip.remark(free_contours.choice_of(element, segment, count), Severity.WARNING)
-            self._execute(block)
+            self._execute_whole(element.at, plain_language.marks_of(element.rest), block)
             plain.heading = segment.heading(segment.end)
             frame.program.ends[element.at] = segment.end, plain.heading
 

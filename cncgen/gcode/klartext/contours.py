@@ -20,7 +20,7 @@ from cncgen.gcode.codes.feeds import set_feed
 from cncgen.gcode.codes.flat_cutter import FlatCutter
 from cncgen.gcode.codes.leads import lead_arc, lead_line
 from cncgen.gcode.codes.lines import check_feed
-from cncgen.gcode.codes.plain_language import Plain, polar_place, pole_of
+from cncgen.gcode.codes.plain_language import Plain, polar_place, pole_of, refuse_cartesian
 from cncgen.gcode.codes.turning_profiles import Segment
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
@@ -291,7 +291,10 @@ def departure(ip: Interpreter, way: ContourWay, here: Block) -> None:
 
 def take_polar_end(ip: Interpreter, words: dict[str, float]) -> None:
     """Put the place of CTP in polar coordinates into X and Y."""
+    refuse_cartesian(words, 17, "CTP")
     end = polar_place(words, pole_of(ip, "CTP")[0], complex(*ip.state.position[:2]))
+    for letter in ("pr", "pa", "ipr", "ipa"):
+        words.pop(letter, None)
     words["x"], words["y"] = end.real, end.imag
 
 

@@ -92,7 +92,7 @@ class Execution(ProgramText):
             x, y = (end[row - 1, 0], end[row - 1, 1]) if row else begin[:2]
             way = complex(end[row, 0] - x, end[row, 1] - y)
             if way:
-                Plain.of(self.ip).heading = way
+                Plain.of(self.ip).heading = way / abs(way)
                 return
 
     def _take_up(self, frame: Frame, at: int) -> None:
@@ -156,9 +156,11 @@ class Execution(ProgramText):
             raise BlockError("comp-refused", message, "R", hint="a line with R0 leads off the contour before")
 
     def _plain(self, at: int, statement: Statement) -> None:
-        marks = statement.marks
+        self._execute_whole(at, statement.marks, self._block(at, statement.words))
+
+    def _execute_whole(self, at: int, marks: Mapping[str, Value], block: Block) -> None:
+        """Run a block of the interpreter's codes with what this language does before and behind it."""
         self._take_marks(marks)
-        block = self._block(at, statement.words)
         orientation.count_turns(self.ip, block, marks)
         orientation.take(self.ip, block, marks)
         contours.lengthen(self.ip, block, marks)
@@ -249,7 +251,7 @@ class Execution(ProgramText):
         self._execute(block)
         way = complex(state.position[0] - before[0], state.position[1] - before[1])
         if way and not any(number in _ARCS for number in block.g):
-            plain.heading = way
+            plain.heading = way / abs(way)
 
     def _execute(self, block: Block) -> None:
         if self._side is not None:

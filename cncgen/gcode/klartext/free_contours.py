@@ -34,6 +34,8 @@ _REFERENCES = frozenset(("RX", "RY", "RPR", "RPA", "RAN", "RCCX", "RCCY"))
 _TINY = 1e-9
 #: Places nearer to each other than this are one, and how far a place may lie beside what it is given to be on, mm.
 _SAME, _BESIDE = 1e-6, 1e-3
+#: How far data of one element, which a drawing rounds, may be apart.
+_DATA = 0.01
 _MOST = 256
 _HINT = "the end, the angle AN, the centre CCX CCY, the radius R, or FLT and FCT between known elements"
 
@@ -512,6 +514,23 @@ def choice_of(element: Element, segment: Segment, count: int) -> BlockError:
     )
     hint = "compare it with the drawing, or give the end, the centre or the angle"
     return BlockError("free-contour-choice", message, element.name, hint=hint)
+
+
+def check_data(element: Element, segment: Segment) -> None:
+    """Raise where the element has more data than it needs, and they do not agree with its solution."""
+    given, end, centre = element.values, segment.end, segment.centre
+    found = {"X": end.real, "Y": end.imag, "LEN": abs(end - segment.start)}
+    if centre is not None:
+        found |= {"CCX": centre.real, "CCY": centre.imag, "R": abs(end - centre)}
+    for name, value in found.items():
+        wanted = given.get(name, value)
+        if abs((abs(wanted) if name in ("LEN", "R") else wanted) - value) > _DATA:
+            message = (
+                f"{name}{wanted:g} of {element.name} contradicts its other data, by which it is {value:.6g}"
+            )
+            raise BlockError(
+                "free-contour", message, element.name, hint=f"leave {name} out, or what it contradicts"
+            )
 
 
 def first_heading(elements: Sequence[Element], start: Sequence[float]) -> complex:

@@ -360,7 +360,12 @@ _OF_ONE = frozenset(("F", "FMAX", "FAUTO", "FU", "FZ")), frozenset(("R0", "RL", 
 def _block(
     words: Words, raw: Iterable[Raw] = (), kind: str = "block", data: tuple[bool, ...] = ()
 ) -> Statement:
-    return Statement(kind, words, data, {name: value for name, value in raw if name in _MARKS} or _NO_MARKS)
+    return Statement(kind, words, data, marks_of(raw))
+
+
+def marks_of(raw: Iterable[Raw]) -> Mapping[str, Value]:
+    """Return the words that are no words of G-code, but functions that stay in force."""
+    return {name: value for name, value in raw if name in _MARKS} or _NO_MARKS
 
 
 def place(body: str) -> Words:
