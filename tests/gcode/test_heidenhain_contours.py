@@ -516,3 +516,25 @@ def test_a_free_element_goes_on_from_a_line_or_arc(
     """FLT LEN10 behind a line of 19 went 190 far, without a word, and FCT was refused: the direction had the length of the motion before."""
     body = f"L X+0 Y+10 R0 FMAX\nL X+11 F100\n{before}\n{element}"
     assert ends(run, body)[-1] == pytest.approx([*end, 0])
+
+
+def _leaving(way: str) -> str:
+    return (
+        f"TOOL DEF 1 L+0 R+4\nTOOL CALL 1 Z S1000 F100\nL X+0 Y+10 Z+5 R0 FMAX\nL X+11 RL F100\nL X+30\n{way}"
+    )
+
+
+def test_a_departure_may_count_from_the_contour(run: Run) -> None:
+    """IX and IY of DEP LCT were passed over without a word: the tool stayed beside the last point."""
+    assert ends(run, _leaving("DEP LCT IX+20 IY+20 IZ+3 R5")) == ends(
+        run, _leaving("DEP LCT X+50 Y+30 Z+8 R5")
+    )
+
+
+@pytest.mark.parametrize(
+    "way", ["DEP LT LEN5 X+3", "DEP LN LEN5 Z+9", "DEP CT CCA90 R5 LEN3", "DEP LCT X+5 IX+4 Y+3 R5"]
+)
+def test_words_that_a_way_from_a_contour_has_not(run: Run, way: str) -> None:
+    assert [fault[0] for fault in run(program(_leaving(way)), dialect="heidenhain").errors] == [
+        "approach-words"
+    ]

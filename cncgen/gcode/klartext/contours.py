@@ -85,6 +85,8 @@ _AXES = frozenset("XYZABC")
 #: How far two ends of the arc of LCT are apart where there is none.
 _SAME = 1e-4
 _SIDES = {"R0": 0, "RL": 1, "RR": -1}
+#: The words of the line or arc that leads to or from a contour, by its form.
+_SHAPES = {"LT": ("LEN",), "LN": ("LEN",), "CT": ("CCA", "R"), "LCT": ("R",)}
 
 
 @dataclass(slots=True)
@@ -107,6 +109,23 @@ class ContourWay:
             raise BlockError("approach-words", f"{self.kind} {self.form} has no {name}", self.kind, hint=hint)
         return self.values[name]
 
+    def coordinate(self, axis: str, here: float, absent: float) -> float:
+        """Return where the way leads along an axis, which may count from here."""
+        return self.values.get(axis, here + self.values["I" + axis] if "I" + axis in self.values else absent)
+
+    def check(self) -> None:
+        """Raise where a word is none of this form, or another one says the same."""
+        polar = not self.values.keys().isdisjoint(("PR", "PA"))
+        taken = set(_SHAPES[self.form])
+        if self.kind == "APPR" or self.form == "LCT":
+            taken |= {"PR", "PA", *_AXES, *("I" + axis for axis in _AXES)} - (
+                {"X", "Y", "IX", "IY"} if polar else set()
+            )
+        unused = next((name for name in self.values if name not in taken or "I" + name in self.values), "")
+        message = f"{unused} of {self.kind} {self.form} says nothing, or what another word says"
+        hint = f"{self.kind} {self.form} has {' and '.join(_SHAPES[self.form])}"
+        refuse(self.kind, (bool(unused), "approach-words", message, hint))
+
 
 def way_of(kind: str, form: str, words: Sequence[Raw], now: Callable[[Value], float]) -> ContourWay:
     """Return the way of APPR or DEP; `now` gives the present value of a word."""
@@ -125,6 +144,7 @@ def way_of(kind: str, form: str, words: Sequence[Raw], now: Callable[[Value], fl
         elif name not in ("FMAX", ""):
             message = f"{name} does not belong to {kind}"
             raise BlockError("syntax", message, kind, hint=f"{kind} LT X+10 Y+5 LEN15 RL F200")
+    way.check()
     return way
 
 
@@ -234,11 +254,8 @@ def approach(
         message = "APPR stands where radius compensation is on"
         raise BlockError("approach-words", message, "APPR", hint="R0, or DEP, ends it before")
     start = ip.state.position.copy()
-    for name, index in (("X", 0), ("Y", 1), ("Z", 2)):
-        if name in way.values:
-            start[index] = way.values[name]
-        elif "I" + name in way.values:
-            start[index] += way.values["I" + name]
+    for index, axis in enumerate("XYZ"):
+        start[index] = way.coordinate(axis, start[index], start[index])
     if "PR" in way.values or "PA" in way.values:
         point = _polar(ip, way)
         start[0], start[1] = point.real, point.imag
@@ -276,17 +293,20 @@ def departure(ip: Interpreter, way: ContourWay, here: Block) -> None:
     tangent = heading / abs(heading)
     side = {41: 1, 42: -1}.get(ip.state.compensation, 0)
     cutter, tool = FlatCutter(ip), _radius(ip, side)
-    beside = cutter.place() + tangent * (-1j if side < 0 else 1j) * tool
+    contour, height = cutter.place(), ip.state.position[2]
+    beside = contour + tangent * (-1j if side < 0 else 1j) * tool
     ip.end_compensation()
     ip.sink.block = here
     ip.state.position = [beside.real, beside.imag, *ip.state.position[2:]]
     _take_feed(ip, way, here)
-    end = complex(way.values.get("X", beside.real), way.values.get("Y", beside.imag))
+    end = complex(
+        way.coordinate("X", contour.real, beside.real), way.coordinate("Y", contour.imag, beside.imag)
+    )
     if way.form == "LCT" and way.values.keys() & {"PR", "PA"}:
         end = _polar(ip, way)
     cutter.follow(_lead(way, beside, tangent, side, end, leaving=True))
     if way.form == "LCT":
-        cutter.to(end, way.values.get("Z"))
+        cutter.to(end, way.coordinate("Z", height, height))
 
 
 def take_polar_end(ip: Interpreter, words: dict[str, float]) -> None:
