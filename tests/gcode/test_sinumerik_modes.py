@@ -104,3 +104,17 @@ def test_a_cycle_begins_where_the_motion_of_its_block_ends(moves: Any) -> None:
     """It drilled where the block before had led, and the motion came after it; its F is that of the block."""
     found = moves("S100 M3\nG0 Z10\nG1 X15 CYCLE81(10,0,2,-5) F50\nM30", dialect="sinumerik")
     assert found == [(0, 0, 10, 0), (15, 0, 10, 50), (15, 0, 2, 0), (15, 0, -5, 50), (15, 0, 10, 0)]
+
+
+@pytest.mark.parametrize(
+    ("block", "code"),
+    [
+        ("G1 X20 PO[X]=(3) F100", "unused-word"),
+        ("F100 M8 PO[X]=(3)", "unused-word"),
+        ("POLY PO[X]=(20) X33 PO[Y]=(20,3) F100", "repeated-word"),
+        ("POLY PO[X]=(20,1) AP=30 RP=3 F100", "repeated-word"),
+    ],
+)
+def test_polynomials_that_nothing_uses(run: Any, block: str, code: str) -> None:
+    """They, or the end beside them, were passed over without a word."""
+    assert [fault[0] for fault in run(f"{block}\nM30", dialect="sinumerik").errors] == [code]

@@ -151,3 +151,18 @@ def test_a_macro_that_is_called_several_times_has_its_arguments_each_time(calls:
     text = "G21 F100\nG65 P9001 L3 A5\nM30\nO9001\nG1 X#1 Y#2\n#1=#1+100\n#2=8\nM99\n"
     feeds = [line for line in calls(text, dialect="fanuc") if line.startswith("STRAIGHT_FEED")]
     assert feeds == ["STRAIGHT_FEED(5.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)"] * 3
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect", "said"),
+    [
+        ("G21 G0 Z5\nS500 M3\nG84 X1 Z-1 R2 Q0.5 F500\nM30", "fanuc", True),
+        ("G21 G0 Z5\nS500 M3\nG83 X1 Z-1 R2 Q0.5 F500\nG84 X2 Z-1\nM30", "fanuc", False),
+        ("G21 G99 G0 Z5\nS500 M3\nG84 X0 Z-1 R-2 Q500 F1\nM30", "fanuc-lathe", True),
+    ],
+)
+def test_steps_of_a_tap_are_told(run: Any, text: str, dialect: str, said: bool) -> None:
+    """Q of G84 without M29 was passed over without a word; that of a cycle before it is no word of the tap."""
+    out = run(text, dialect=dialect)
+    assert out.errors == []
+    assert any("the tap goes in once" in d.message for d in out.diagnostics) == said

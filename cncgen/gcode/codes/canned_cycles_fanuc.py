@@ -107,6 +107,9 @@ def _tap(hole: Hole, direction: int) -> None:
     if state.rigid:
         _tap_in_step(hole, direction)
         return
+    if hole.block.words.get("q"):
+        text = f"Q{hole.block.words['q']:g} of G{state.motion // 10} is passed over: the tap goes in once"
+        _doubt(hole.ip, text, "a control that is set to tap in steps comes out after each of them")
     hole.feed(hole.bottom)
     hole.wait()
     hole.turn(-direction)

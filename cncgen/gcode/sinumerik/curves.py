@@ -145,6 +145,10 @@ def _polynomial(motions: Motions, words: Words, end: Point) -> None:
         if len(values) > _MOST_DEGREE:
             message = f"PO[{axis}] has degree {len(values)}; the most is {_MOST_DEGREE}"
             raise BlockError("spline-order", message, "PO", hint="leave the last ones out")
+        if finish[column] != start[column]:
+            raise BlockError(
+                "repeated-word", f"{axis} and PO[{axis}] stand in one block", axis, hint="both give the end"
+            )
         finish[column] = values[0] if motions.absolute else start[column] + values[0]
         coefficients[column] = values[1:]
         degree = max(degree, len(values))

@@ -704,7 +704,8 @@ class Motions:
 
     def _left_over(self, words: Words) -> None:
         """Raise where a word belongs to nothing in its block."""
-        left = next((name for name in (*words.named, *words.texts) if name not in _IDLE), None)
+        polynomials = ["PO"] * bool(words.polynomials)
+        left = next((name for name in (*words.named, *words.texts, *polynomials) if name not in _IDLE), None)
         if left is not None:
             message = f"{left} stands in a block with nothing that uses it"
             hint = "is it of another motion, or a variable without DEF?"
