@@ -538,3 +538,15 @@ def test_words_that_a_way_from_a_contour_has_not(run: Run, way: str) -> None:
     assert [fault[0] for fault in run(program(_leaving(way)), dialect="heidenhain").errors] == [
         "approach-words"
     ]
+
+
+@pytest.mark.parametrize("element", ["CT X+10 Y-20", "FLT LEN10", "FCT R5 DR+ CCA90"])
+@pytest.mark.parametrize(
+    "frame", ["TRANS ROTATION ROT+90", "TRANS MIRROR AXIS X", "CYCL DEF 10.0 ROT\nCYCL DEF 10.1 ROT+30"]
+)
+def test_no_direction_goes_over_into_turned_coordinates(run: Run, frame: str, element: str) -> None:
+    """That of the coordinates before was taken for one of the new ones, without a word; a shift keeps it."""
+    body = "L X+0 Y+0 R0 FMAX\nL X+10 F100\n{}\n" + element
+    turned = run(program(body.format(frame)), dialect="heidenhain")
+    assert [fault[0] for fault in turned.errors] == ["arc-tangent" if element[:2] == "CT" else "free-contour"]
+    assert run(program(body.format("TRANS DATUM AXIS X+0")), dialect="heidenhain").errors == []

@@ -118,3 +118,12 @@ def test_a_cycle_begins_where_the_motion_of_its_block_ends(moves: Any) -> None:
 def test_polynomials_that_nothing_uses(run: Any, block: str, code: str) -> None:
     """They, or the end beside them, were passed over without a word."""
     assert [fault[0] for fault in run(f"{block}\nM30", dialect="sinumerik").errors] == [code]
+
+
+@pytest.mark.parametrize(
+    ("frame", "errors"), [("ROT Z90", ["arc-tangent"]), ("MIRROR X0", ["arc-tangent"]), ("TRANS Z5", [])]
+)
+def test_no_direction_goes_over_into_turned_coordinates(run: Any, frame: str, errors: list[str]) -> None:
+    """CT took the direction in the coordinates before for one of the new ones, without a word; a shift keeps it."""
+    out = run(f"G0 X0 Y0\nG1 X10 F100\n{frame}\nCT X10 Y-20\nM30", dialect="sinumerik")
+    assert [fault[0] for fault in out.errors] == errors

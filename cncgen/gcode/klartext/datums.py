@@ -67,11 +67,12 @@ class Datums:
             wanted.pop(number, None)
         else:
             wanted[number] = frame
-        whole = affine.Frame()
-        for part in wanted.values():
-            whole = whole.then(part)
+        whole, before = _joined(wanted), _joined(self._frames)
         affine.change(self._ip, whole, self._axes)
         self._frames = wanted
+        if whole.matrix != before.matrix:
+            # The direction in which the last motion ended was one of the frame before.
+            Plain.of(self._ip).heading = None
 
     def untransform(self) -> None:
         """End every frame but the tilted plane, as a preset does (iTNC 530, "Datum setting (cycle 247)": shift, mirroring, rotation and
@@ -273,3 +274,11 @@ def _scaled(number: int, factors: list[float], centre: list[float], hint: str) -
     if factors == [1.0, 1.0, 1.0]:
         return None
     return affine.Frame.about((centre[0], centre[1], centre[2]), affine.diagonal(*factors))
+
+
+def _joined(frames: Mapping[int, affine.Frame]) -> affine.Frame:
+    """Return frames, each within those before it, as one."""
+    whole = affine.Frame()
+    for part in frames.values():
+        whole = whole.then(part)
+    return whole

@@ -244,4 +244,7 @@ def take_frames(motions: Motions, wanted: affine.Frames) -> None:
     motions.ip.budget.spend(FRAME)
     with motions.shifting():
         affine.change(motions.ip, wanted.whole(), wanted.axes)
+    if wanted.whole().matrix != motions.frames.whole().matrix:
+        # The direction in which the last motion ended was one of the frames before.
+        motions.heading = None
     motions.frames = wanted
