@@ -318,7 +318,6 @@ def optimum(case: Case, guess: Floats) -> tuple[float, str]:
     import casadi
 
     v, a, j = np.array([LIMITS[letter] for letter in case.letters]).T
-    along = [k for k, letter in enumerate(case.letters) if not is_rotary(letter)]
     t = PERIOD_S * np.arange(len(guess))
     rates = [guess]
     for limit in (v, a, j):
@@ -342,6 +341,7 @@ def optimum(case: Case, guess: Floats) -> tuple[float, str]:
             problem.hold((w[1:] - w[:-1]) * v[k] / 10 - h * (a[k] * b[:-1] + h * j[k] / 2 * u) / 10, 0, 0)
             problem.hold((b[1:] - b[:-1]) * a[k] / 100 - h * j[k] * u / 100, 0, 0)
             states.append((p, w, b))
+        along = _along(case.letters, row)
         problem.hold(sum((states[k][1] * v[k]) ** 2 for k in along) / (case.feed / 60.0) ** 2, -np.inf, 1)
         _keep_near(problem, row, [state[0] for state in states], case.tolerance)
         for k, state in enumerate(states):
@@ -358,6 +358,13 @@ def optimum(case: Case, guess: Floats) -> tuple[float, str]:
         for order in range(3):
             problem.hold(state[order][-1] - (case.rows[-1].end[k] if order == 0 else 0.0), 0, 0)
     return problem.least_of(total)
+
+
+def _along(letters: str, row: Row) -> list[int]:
+    """Return the axes that the feed of a row is along: X Y Z where they move, else those that turn."""
+    moved = [k for k in range(len(letters)) if row.turn or row.end[k] != row.begin[k]]
+    linear = any(not is_rotary(letters[k]) for k in moved)
+    return [k for k, letter in enumerate(letters) if is_rotary(letter) is not linear]
 
 
 def _cuts(case: Case, guess: Floats) -> list[tuple[float, float]]:
