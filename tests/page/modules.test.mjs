@@ -10,7 +10,7 @@ const { band, bytesOf, integers, runAt, runs, summed } = await load("decode.js")
 const { inflated } = await load("inflate.js");
 const { brief, duration, partly, rounded, stepped, ticks } = await load("format.js");
 const { along, lineKey, rowsByLine, rowsByValue, stretches, toolRuns } = await load("lines.js");
-const { CHUNK, chunked, pick, significance } = await load("levels.js");
+const { CHUNK, chunked, lookSignificance, pick, significance } = await load("levels.js");
 const { Camera } = await load("camera.js");
 const { Depths } = await load("depths.js");
 const { parsed, written } = await load("link.js");
@@ -134,6 +134,37 @@ test("a straight line is two points a chunk", () => {
   const x = Float32Array.from({ length: 2 * CHUNK }, (_, k) => k), y = new Float32Array(x.length);
   const classes = significance(x, y, y, 1e-4);
   assert.equal(pick(chunked(x, y, y, classes), classes, [0, 1], 1, Infinity).rows.length, 3);
+});
+
+test("a straight line keeps the points between which its colour, its kind or its style changes", () => {
+  // A line of 100 mm that starts and stops: 5 mm each at a growing feed, the rest at the whole feed; a rapid from 70 mm on.
+  const n = CHUNK, unit = 1e-4, x = Float32Array.from({ length: n }, (_, k) => (100 * k) / (n - 1)), y = new Float32Array(n);
+  const feed = Uint8Array.from(x, (v) => 255 * Math.min(1, v / 5, (100 - v) / 5));
+  const plain = significance(x, y, y, unit);
+  const kinds = Uint8Array.from(x, (v) => (v < 30 ? 4 : v < 30.2 ? 1 : 0));
+  for (const pixel of [0.02, 0.2]) {
+    const finest = 1 + Math.floor(Math.log2((0.25 * pixel) / unit));
+    const drawn = (looks) => {
+      const classes = lookSignificance(x, y, y, unit, looks).map((one, k) => Math.max(one, plain[k]));
+      return pick(chunked(x, y, y, classes), classes, [0], finest, Infinity).rows;
+    };
+    const ramp = drawn({ bytes: feed, steps: false, rapid: () => 0 });
+    assert.ok(ramp.length < 200, String(ramp.length));
+    for (let k = 0; k + 1 < ramp.length; k++) {
+      const [a, b] = [ramp[k], ramp[k + 1]];
+      for (let row = a; row <= b; row++) {
+        const off = Math.abs(feed[row] - feed[a] - ((row - a) / (b - a)) * (feed[b] - feed[a]));
+        // Eight steps of colour are not seen, and those of several strides add up to a few of them; two pixels may be of any.
+        assert.ok(off <= 24 || x[b] - x[a] <= 2 * pixel, `${off} of 255 at ${x[row]} mm, between ${x[a]} and ${x[b]}`);
+      }
+    }
+    const changes = drawn({ bytes: kinds, steps: true, rapid: (row) => (x[row] > 70 ? 1 : 0) });
+    assert.ok(changes.length < 60, String(changes.length));
+    for (const place of [30, 30.2, 70]) {
+      const after = changes.findIndex((row) => x[row] >= place);
+      assert.ok(x[changes[after]] - x[changes[after - 1]] <= 2 * pixel, `${place} mm at pixels of ${pixel} mm`);
+    }
+  }
 });
 
 test("views look along the axes, and zoom keeps what is under the pointer", () => {

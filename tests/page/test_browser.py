@@ -115,6 +115,46 @@ def test_without_webgl_the_path_is_drawn_as_well(browser: Browser, made: Path) -
         browser.driver.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", added)
 
 
+def test_a_straight_line_has_the_colours_of_its_feed(browser: Browser, tmp_path: Path) -> None:
+    """Its middle is at the full feed, its ends are at rest: it is drawn blue, as the legend has it, and not as its ends are.
+
+    The lines of X and Z are of two axes and five, so that the captions of the charts are long, and the page is no wider for them.
+    """
+    part = tmp_path / "line.nc"
+    part.write_text("G21 G90\nG0 Z-5\nG1 Z-15 F1000\nG1 X10 Y10 A10 B10\nM2\n")
+    machine = tmp_path / "five.toml"
+    axes = "".join(
+        f"[axes.{letter}]\nmax_velocity_{unit}_s = 250.0\nmax_acceleration_{unit}_s2 = 2500.0\nmax_jerk_{unit}_s3 = 50000.0\n"
+        for letter, unit in zip("xyzab", ("mm", "mm", "mm", "deg", "deg"), strict=True)
+    )
+    machine.write_text(f'name = "five"\nperiod_s = 0.001\nchord_tolerance_mm = 0.001\n{axes}')
+    words = [sys.executable, "-m", "cncgen", "report", str(part), "-m", str(machine), "-o", "line.html"]
+    subprocess.run(words, cwd=tmp_path, check=True, timeout=120, capture_output=True)
+    browser.driver.set_window_size(1440, 1000)
+    browser.open(tmp_path / "line.html", "#c=feed")
+    settled(browser)
+    # Between the points that are drawn the colour runs from one to the next.
+    drawn = (
+        "const { scene, colour, part } = cncgen, { rows } = scene.layers[0].fine, middle = (line) => {"
+        "  const all = Array.from({ length: part.rows }, (_, k) => k).filter((k) => part.line(k) === line), row = all[all.length >> 1];"
+        "  const at = rows.findIndex((one) => one > row), [a, b] = [rows[at - 1], rows[at]];"
+        "  return [scene.layers[0].rapid(b), Math.min(colour.bytes[a], colour.bytes[b]) - colour.bytes[row]];"
+        "}; return [2, 3, 4].map(middle)"
+    )
+    (rapid, _), (feed, plunge), (_, cut) = browser.run(drawn)
+    assert (rapid, feed) == (1, 0)  # one straight line as well, along Z
+    assert abs(plunge) <= 8
+    assert abs(cut) <= 8
+    size = {"width": 390, "height": 800, "deviceScaleFactor": 1, "mobile": False}
+    browser.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    try:
+        browser.open(tmp_path / "line.html", "#c=feed")
+        settled(browser)
+        assert browser.run("return document.documentElement.scrollWidth") <= 390
+    finally:
+        browser.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
 def test_the_hovered_line_is_the_lines_signal_at_a_hundred_places(
     shown: Browser, csv: dict[str, list[str]]
 ) -> None:

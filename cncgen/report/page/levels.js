@@ -13,12 +13,41 @@ export const CLASSES = 32;
  * of terrain). So the points above any class are a path that goes on without gaps, nested in those of every lower class.
  */
 export function significance(x, y, z, unit) {
+  return ranked(x.length, unit, (a, k, b) => distance(x, y, z, a, k, b));
+}
+
+/** Steps of colour, of 255, that no eye tells apart. */
+const SHADE = 8;
+
+/**
+ * Return classes as `significance` does, of points by their looks: { bytes, steps, rapid }, a byte of colour a point (with `steps` the number
+ * of a kind), and a function from a point to its style.
+ *
+ * A point whose colour is not between those of its neighbours at a stride counts by the length that they would colour wrongly, in parts as
+ * wrong as the colour is: four pixels of a wholly wrong colour as one pixel beside the path.
+ */
+export function lookSignificance(x, y, z, unit, { bytes, steps, rapid }) {
   const n = x.length;
+  const styles = Uint8Array.from({ length: n }, (_, k) => rapid(k));
+  return ranked(n, unit, (a, k, b) => {
+    const turns = styles[a] !== styles[k] || styles[k] !== styles[b];
+    const kinds = steps && (bytes[a] !== bytes[k] || bytes[k] !== bytes[b]);
+    if (!turns && !kinds && (steps || (bytes[a] === bytes[k] && bytes[k] === bytes[b]))) return 0;
+    const before = Math.hypot(x[k] - x[a], y[k] - y[a], z[k] - z[a]);
+    const way = before + Math.hypot(x[b] - x[k], y[b] - y[k], z[b] - z[k]);
+    if (turns || kinds || way === 0) return 0.25 * way;
+    const off = Math.abs(bytes[k] - bytes[a] - (before / way) * (bytes[b] - bytes[a]));
+    return off > SHADE ? (0.25 * way * off) / 255 : 0;
+  });
+}
+
+/** Return classes of points that count by `worth(a, k, b)`: what is lost if the path goes from a to b past k. */
+function ranked(n, unit, worth) {
   const error = new Float32Array(n);
   for (let stride = 1; stride < n; stride *= 2) {
     for (let k = stride; k < n; k += 2 * stride) {
       const a = k - stride, b = Math.min(k + stride, n - 1);
-      let worst = k === b ? 0 : distance(x, y, z, a, k, b);
+      let worst = k === b ? 0 : worth(a, k, b);
       if (stride > 1) {
         const half = stride >> 1;
         worst = Math.max(worst, error[k - half]);

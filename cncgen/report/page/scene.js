@@ -4,7 +4,7 @@ import { Camera } from "./camera.js";
 import { Depths } from "./depths.js";
 import { flatDrawer } from "./flat.js";
 import { segmentDrawer } from "./gl.js";
-import { CLASSES, pick } from "./levels.js";
+import { CLASSES, chunked, lookSignificance, pick } from "./levels.js";
 import { ticks } from "./format.js";
 
 /** Points drawn while the picture moves: six vertices a point. */
@@ -34,12 +34,12 @@ export class Scene {
 
   /** Add a part; the first is coloured, others are drawn in one colour of their own. */
   addPart(part) {
-    const layer = { part, coarse: null, fine: null, colouring: null, rapid: rapidRows(part) };
+    const layer = { part, coarse: null, fine: null, colouring: null, rapid: rapidRows(part), classes: part.classes, levels: part.levels };
     layer.chunks = Array.from({ length: part.levels.boxes.length / 6 }, (_, k) => k);
     this.layers.push(layer);
     this.box = joined([...this.layers.map((one) => boxOf(one.part)), ...(this.surface ? [this.surface.box] : [])]);
     this.radius = 0.6 * Math.hypot(this.box[3] - this.box[0], this.box[4] - this.box[1], this.box[5] - this.box[2]) + 1;
-    layer.coarse = this.buffer(layer, pick(part.levels, part.classes, layer.chunks, 0, this.coarsePoints));
+    layer.coarse = this.coarse(layer);
     this.grid = null;
   }
 
@@ -49,12 +49,23 @@ export class Scene {
     this.surface = { ...this.drawer.surface(points, triangles), box: bounds(points), depths: new Depths(points, triangles) };
   }
 
+  /** Colour the first part. A straight line is two points, unless its colour changes on the way: so the points are picked anew. */
   setColouring(colouring, paletteBytes) {
-    const layer = this.layers[0];
+    const layer = this.layers[0], { points, classes, unit } = layer.part;
     layer.colouring = colouring;
     this.drawer.setPalette(paletteBytes);
-    for (const one of [layer.coarse, layer.fine]) one?.buffer.setValues(gathered(colouring.bytes, one.rows));
+    const looks = lookSignificance(...points, unit, { bytes: colouring.bytes, steps: Boolean(colouring.kinds), rapid: layer.rapid });
+    layer.classes = looks.map((one, k) => Math.max(one, classes[k]));
+    layer.levels = chunked(...points, layer.classes);
+    layer.coarse.buffer.free();
+    layer.coarse = this.coarse(layer);
+    if (layer.fine) this.refine();
     this.request();
+  }
+
+  /** The points that are drawn while the picture moves. */
+  coarse(layer) {
+    return this.buffer(layer, pick(layer.levels, layer.classes, layer.chunks, 0, this.coarsePoints));
   }
 
   buffer(layer, picked) {
@@ -148,7 +159,7 @@ export class Scene {
   refine() {
     const pixel = 1 / this.camera.scale;
     for (const layer of this.layers) {
-      const { levels, classes, unit } = layer.part;
+      const { levels, classes } = layer, { unit } = layer.part;
       const finest = Math.max(0, Math.min(CLASSES - 2, 1 + Math.floor(Math.log2((0.25 * pixel) / unit))));
       const seen = layer.chunks.filter((c) => this.inView(levels.boxes, 6 * c));
       layer.fine?.buffer.free();
