@@ -271,6 +271,18 @@ def test_a_feed_of_the_operation_before_is_told():
     assert codes(alone.read()[1], "error") == ["stepnc-no-feed"]
 
 
+def test_a_feed_of_nothing_is_refused():
+    """A motion at 0 mm/min never ends: `check` found no error, and `convert` wrote F0."""
+    part = Part()
+    still = part.technology(feed=0.0)
+    part.project(
+        part.plan(
+            part.step(part.freeform(part.trajectory(part.polyline((0, 0, 0), (9, 0, 0))), technology=still))
+        )
+    )
+    assert codes(part.read()[1], "error") == ["stepnc-speed"]
+
+
 def test_what_no_workplan_holds_is_told():
     part = Part()
     line = part.trajectory(part.polyline((0, 0, 0), (10, 0, 0)))

@@ -436,9 +436,13 @@ class ProgramExecutor:
                     raise self._fail(technology.ident, "stepnc-speed", text)
             self._machine.set_speeds(told)
             feed = told.feed
+        owner = path.ident if technology is None else technology.ident
+        if not rapid and feed is not None and not feed > 0:
+            raise self._fail(
+                owner, "stepnc-speed", f"the feed is {feed * 60:g} mm/min: the tool never arrives"
+            )
         if rapid or feed is not None:
             return
-        owner = path.ident if technology is None else technology.ident
         if not self._machine.feed:
             raise self._fail(owner, "stepnc-no-feed", "no technology gives a feed for this toolpath")
         if path.kind not in ("tap", "thread") and step.operation.ident not in self._carried:
