@@ -283,6 +283,19 @@ def test_a_feed_of_nothing_is_refused():
     assert codes(part.read()[1], "error") == ["stepnc-speed"]
 
 
+@pytest.mark.parametrize("named", [True, False])
+def test_several_main_workplans_are_told(named):
+    """Two projects, or two workplans without a project, ran one after the other without a word."""
+    part = Part()
+    for x in (9, 5):
+        plan = part.plan(part.step(part.freeform(part.trajectory(part.polyline((0, 0, 0), (x, 0, 0))))))
+        if named:
+            part.project(plan)
+    path, found = part.read()
+    assert codes(found, "warning").count("stepnc-several") == 1
+    assert path.end[motions(path)][-1].tolist() == [5, 0, 0]
+
+
 def test_what_no_workplan_holds_is_told():
     part = Part()
     line = part.trajectory(part.polyline((0, 0, 0), (10, 0, 0)))

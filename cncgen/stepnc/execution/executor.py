@@ -107,7 +107,12 @@ class ProgramExecutor:
         try:
             with suppress(Skip):
                 self._variables = self._reader.variables()
-            for root in self._reader.roots():
+            roots = self._reader.roots()
+            if len(roots) > 1:
+                names = ", ".join(f"#{root.ident} {root.label!r}" for root in roots)
+                text = f"several workplans are main ones: {names}; they are executed one after the other"
+                self._warn(roots[1].ident, "stepnc-several", text)
+            for root in roots:
                 with suppress(Skip):
                     yield from self._execute(root)
             self._check_motions()
