@@ -134,7 +134,7 @@ def command(
     also on machines whose parameters are 10 % off (--perturb). The command keeps the machine's limits; where none follows better, or
     most of those machines follow worse, nothing is written (exit 3). It may begin before the motion, and end after it.
     """
-    from cncgen.cli.reading import is_setpoint_file, perturbation_of
+    from cncgen.cli.reading import is_setpoint_file, perturbation_of, tell_of_unused
     from cncgen.cli.writing import setpoint_format
     from cncgen.report.compensated import gain_lines
 
@@ -163,6 +163,7 @@ def command(
     if source == "-" or is_setpoint_file(source):
         if room is not None:
             raise click.UsageError("--room is how a program is planned; setpoints are planned already")
+        tell_of_unused(source, planning, reading)
         gained = _of_setpoints(task, machine, planning["axis_params"], (axes, period), limits)
     elif machine is None:
         raise click.UsageError("a program is planned for a machine: give it with -m")
@@ -187,7 +188,7 @@ def _shape(
     setpoints may be `given`.
     """
     from cncgen import pipeline
-    from cncgen.cli.reading import is_setpoint_file, planned
+    from cncgen.cli.reading import is_setpoint_file, planned, tell_of_unused
     from cncgen.cli.writing import write_setpoints
     from cncgen.report.compensated import shaping_lines
     from cncgen.servo.command_limits import hold
@@ -198,6 +199,7 @@ def _shape(
     machine, limits = where
     shaper, modes = how[0], [Mode(*pair) for pair in how[1]]
     if source == "-" or is_setpoint_file(source):
+        tell_of_unused(source, planning, reading)
         letters, period = given
         usual = pipeline.machine_of(machine).period_s if machine else None
         with open_setpoints(source, axes=letters, period_s=period, default_period_s=usual) as stream:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any
 
 import click
@@ -70,16 +70,6 @@ def _gathering(into: str, *options: Callable[[Command], Command]) -> Callable[[C
         return _all_of(*options)(gathered)
 
     return decorate
-
-
-def given(names: Iterable[str]) -> list[str]:
-    """Return the flags of those options that stand on the command line."""
-    context = click.get_current_context()
-    return [
-        f"--{name.replace('_', '-')}"
-        for name in names
-        if context.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE
-    ]
 
 
 def _choice(

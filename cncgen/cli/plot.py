@@ -107,7 +107,7 @@ def _planned_or_read(
 ) -> PlotData:
     """Return the data of setpoints, whose format, axes and period may be `given`, or of the plan of a program."""
     from cncgen import pipeline
-    from cncgen.cli.reading import is_setpoint_file, planned, planning_machine, reference_of
+    from cncgen.cli.reading import is_setpoint_file, planned, planning_machine, reference_of, tell_of_unused
     from cncgen.report.plot_data import against, of_response, of_setpoints
     from cncgen.servo.stream import driven
     from cncgen.setpoints.readers import open_setpoints
@@ -116,6 +116,8 @@ def _planned_or_read(
     corners: list[SharpCorner] = []
     format, letters, period = given
     if format or is_setpoint_file(source):
+        if reference is None:
+            tell_of_unused(source, planning, reading)
         servos = pipeline.servos_of(planning["axis_params"]) if planning["axis_params"] else {}
         with open_setpoints(
             source, format=format, axes=letters, period_s=period, default_period_s=found.period_s

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from itertools import chain
 from typing import TYPE_CHECKING, Any
@@ -168,6 +168,24 @@ def reference_of(name: str, machine: str, planning: dict[str, Any], reading: dic
     return replace(wanted, path=path, path_axes=letters)
 
 
+def _given(names: Iterable[str]) -> list[str]:
+    """Return the flags of those options that stand on the command line."""
+    context = click.get_current_context()
+    return [
+        f"--{name.replace('_', '-')}"
+        for name in names
+        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE
+    ]
+
+
+def tell_of_unused(source: str, planning: Mapping[str, Any], reading: Mapping[str, Any]) -> None:
+    """Warn of options of reading and planning where `source` holds setpoints, and no program is read beside."""
+    named = _given(name for name in (*planning, *reading) if name != "axis_params")
+    if named:
+        text = f"no use for {', '.join(named)}: {source} holds setpoints, which are planned already"
+        messages.warning("option-unused", text)
+
+
 def perturbation_of(
     uncertainty: dict[str, Any], usual: float | None = None, draws: int | None = None
 ) -> Perturbation | None:
@@ -182,6 +200,10 @@ def perturbation_of(
 
     share, files = uncertainty["perturb"] or (usual or 0.0, ())
     if not share and not files:
+        if named := _given(("draws", "draw_seed")):
+            messages.warning(
+                "option-unused", f"no use for {', '.join(named)}: without --perturb no machines are drawn"
+            )
         return None
     found = tuple(spread for name in files for spread in _identified(name))
     number = uncertainty["draws"] or draws or (DRAWS if uncertainty["perturb"] else FEW_DRAWS)

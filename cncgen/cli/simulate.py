@@ -13,7 +13,6 @@ import click
 from cncgen.cli import messages
 from cncgen.cli.messages import write_summary
 from cncgen.cli.options import (
-    given,
     machine_option,
     message_options,
     output_option,
@@ -87,7 +86,7 @@ def command(
     The response goes to the file of -o, else to standard output unless that is a terminal. With --reference errors are
     given against the wanted path and plan too, and with --perturb those of machines that are not quite the model.
     """
-    from cncgen.cli.reading import perturbation_of, reference_of
+    from cncgen.cli.reading import is_setpoint_file, perturbation_of, reference_of, tell_of_unused
     from cncgen.cli.writing import check_response_name
     from cncgen.files import is_terminal, open_output
     from cncgen.pipeline import simulate
@@ -114,8 +113,8 @@ def command(
     kept: list[Response] | None = None if wanted is None and drawn is None else []
     servos = planning["axis_params"] or machine
     watch = ResponseSummary()
-    if wanted is None:
-        _tell_of_unused(source, format, planning)
+    if wanted is None and (format or source == "-" or is_setpoint_file(source)):
+        tell_of_unused(source, planning, reading)
     with _setpoints(source, machine, planning, (format, axes, period), reading) as stream:
         responses = watched(simulate(stream, servos, controller=controller, settle_s=settle), watch)
         responses = _keeping(responses, kept)
@@ -137,16 +136,6 @@ def command(
         result |= _more(kept, wanted, drawn, (servos, controller))
     write_summary(summary, result)
     messages.note(as_text(result))
-
-
-def _tell_of_unused(source: str, format: str | None, planning: dict[str, Any]) -> None:
-    """Warn of options of planning where nothing is planned."""
-    from cncgen.cli.reading import is_setpoint_file
-
-    named = given(name for name in planning if name != "axis_params")
-    if named and (format or source == "-" or is_setpoint_file(source)):
-        text = f"no use for {', '.join(named)}: {source} holds setpoints, which are planned already"
-        messages.warning("option-unused", text)
 
 
 def _keeping(responses: Iterator[Response], kept: list[Response] | None) -> Iterator[Response]:

@@ -530,11 +530,32 @@ def test_options_that_no_plan_of_a_run_asks_for_are_told(
     assert told == ("option-unused" in [json.loads(line)["code"] for line in run.stderr.splitlines()])
 
 
-def test_options_of_planning_are_told_where_setpoints_are_planned_already(cncgen: Run, part: Path) -> None:
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        (("simulate", "--feedrate", "ild"), "no use for --feedrate: o.csv holds setpoints"),
+        (("simulate", "--dialect", "fanuc"), "no use for --dialect: o.csv holds setpoints"),
+        (("compensate", "--max-steps", "9"), "no use for --max-steps: o.csv holds setpoints"),
+        (
+            ("compensate", "--shaper", "zv", "--modes", "30:0.05", "--effort", "fast"),
+            "no use for --effort: o.csv",
+        ),
+        (("plot", "--kinds", "path", "--units", "inch"), "no use for --units: o.csv holds setpoints"),
+        (
+            ("simulate", "--draws", "9", "--draw-seed", "1"),
+            "no use for --draws, --draw-seed: without --perturb",
+        ),
+    ],
+)
+def test_options_of_planning_are_told_where_setpoints_are_planned_already(
+    cncgen: Run, part: Path, command: tuple[str, ...], said: str
+) -> None:
     cncgen("plan", part, "-m", "xy-table", "-q", "-o", "o.csv")
-    run = cncgen(
-        "simulate", "o.csv", "--axis-params", "xy-table", "--feedrate", "ild", "-o", "r.csv", "--json"
+    name, *options = command
+    out = "p.svg" if name == "plot" else "r.csv"
+    run = cncgen(name, "o.csv", "--axis-params", "xy-table", *options, "-o", out, "--json")
+    assert run.returncode == 0
+    (found,) = (
+        one for line in run.stderr.splitlines() if (one := json.loads(line))["code"] == "option-unused"
     )
-    (said,) = map(json.loads, run.stderr.splitlines())
-    assert (said["code"], said["severity"]) == ("option-unused", "warning")
-    assert "no use for --feedrate: o.csv holds setpoints" in said["message"]
+    assert (found["severity"], found["message"][: len(said)]) == ("warning", said)
