@@ -98,6 +98,22 @@ def test_every_command_and_option_has_help() -> None:
                 assert named, f"{name} {parameter.opts[0]} does not say what its value is"
 
 
+def test_what_docstrings_list_is_read_as_a_list() -> None:
+    """A line that is not indented below its name is a name of its own for what makes pages and help of docstrings (Google's style)."""
+    wrong = []
+    for path in sorted((ROOT / "cncgen").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if not isinstance(node, ast.FunctionDef | ast.ClassDef):
+                continue
+            within = False
+            for line in (ast.get_docstring(node) or "").splitlines():
+                if line and not line.startswith(" "):
+                    within = line in ("Args:", "Attributes:", "Raises:")
+                elif within and re.match(r" {4}\S", line) and not re.match(r" {4}[\w*.,()\[\] ]+?: ", line):
+                    wrong.append(f"{path.relative_to(ROOT)}, {node.name}: {line.strip()}")
+    assert wrong == []
+
+
 def test_public_names_are_there() -> None:
     for name in cncgen.__all__:
         assert getattr(cncgen, name) is not None

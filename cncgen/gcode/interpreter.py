@@ -82,7 +82,7 @@ class Interpreter:
         units_said: Whether it has said the unit of lengths.
         ended_in: The block whose M2 or M30 ended it.
         plain: Whether no sign shows the control of the program: then words that LinuxCNC refuses and other controls ignore are
-        ignored.
+            ignored.
     """
 
     def __init__(

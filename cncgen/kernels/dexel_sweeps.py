@@ -474,14 +474,19 @@ def cut_lines(
         counts: Shape (rows, columns): how many stretches there are.
         parts, part_counts: The finished part alike, of shape (0, 0, 0) and (0, 0) if unknown.
         gaps: Shape (rows / SQUARE, columns / SQUARE, GAP), rounded up: the gap of each square of dexels, its first number 1e300 if
-        unknown; changed in place. reached: Shape (SQUARE, 2), for the kernel's own use. grid: u and v of the first dexel, and their
-        distance, mm. bounds: Least and largest w of the material, mm. lines: Shape (n, 6): start and end of the tip, (u, v, w), mm.
-        axes: Shape (n, 3): the tool's axis during each, of length 1, away from the tip. judged: Shape (n,): 1 for lines whose depths
-        are computed, else only volumes are. tool: Radius, flat radius, radius of the edge, slope of the cone, length of the cutting
-        edge, mm. margins: Shape (n, 2): at the tool's side and at its tip, within which a touch does not count, mm. dry: Nothing is
-        cut; depths and heights are computed. first: The line to begin with. out: Shape (n, COLUMNS), added to: volume removed; the
-        deepest bite and its u, v, w; the deepest gouge of the part, and its u, v, w; the volume gouged; how far material stands above
-        the cutting edge. mm, mm³.
+            unknown; changed in place.
+        reached: Shape (SQUARE, 2), for the kernel's own use.
+        grid: u and v of the first dexel, and their distance, mm.
+        bounds: Least and largest w of the material, mm.
+        lines: Shape (n, 6): start and end of the tip, (u, v, w), mm.
+        axes: Shape (n, 3): the tool's axis during each, of length 1, away from the tip.
+        judged: Shape (n,): 1 for lines whose depths are computed, else only volumes are.
+        tool: Radius, flat radius, radius of the edge, slope of the cone, length of the cutting edge, mm.
+        margins: Shape (n, 2): at the tool's side and at its tip, within which a touch does not count, mm.
+        dry: Nothing is cut; depths and heights are computed.
+        first: The line to begin with.
+        out: Shape (n, COLUMNS), added to: volume removed; the deepest bite and its u, v, w; the deepest gouge of the part, and its
+            u, v, w; the volume gouged; how far material stands above the cutting edge. mm, mm³.
 
     Returns:
         The line for which a dexel has too few places, to go on with; n where all are cut.

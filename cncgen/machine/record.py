@@ -8,18 +8,43 @@ from types import MappingProxyType
 from typing import Any
 
 
+def _of_python(value: Any) -> Any:
+    """Return numbers and arrays of numpy as numbers and lists of Python, which files of TOML and JSON hold; all else as it is."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if isinstance(value, list | tuple) and any(hasattr(each, "tolist") for each in value):
+        return type(value)(map(_of_python, value))
+    return value
+
+
+def _keep(record: Any, *names: str) -> None:
+    """Keep fields of a record as Python's."""
+    for name in names:
+        value = getattr(record, name)
+        if (found := _of_python(value)) is not value:
+            object.__setattr__(record, name, found)
+
+
 @dataclass(frozen=True, slots=True)
 class Servo:
-    """Servo data of an axis: `model` names the record in `cncgen.servo` that its `parameters` follow.
+    """Servo data of an axis. They are checked where they are used.
 
-    Values are kept as the TOML gives them, checked by type and range when the machine is read (the schema of each
-    model stands in `cncgen.machine.servo_schema`). `knows` is the data that the controller was designed on, where the plant
-    is another one than its designer thought.
+    Attributes:
+        model: One of `cncgen.machine.servo_parameters.MODELS`.
+        parameters: Values by the keys that ``[axes.x.servo]`` of a machine file has for the model, in the units of these keys. Coefficients
+            of polynomials are lists, tuples or arrays, the highest power first.
+        knows: The data that the controller was designed on, where the plant is another one than its designer thought; or None.
     """
 
     model: str
     parameters: Mapping[str, Any]
     knows: Servo | None = None
+
+    def __post_init__(self) -> None:
+        if isinstance(self.parameters, Mapping):  # else it is told where it is used
+            given = {key: _of_python(value) for key, value in self.parameters.items()}
+            if any(given[key] is not value for key, value in self.parameters.items()):
+                object.__setattr__(self, "parameters", MappingProxyType(given))
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +73,11 @@ class Drive:
     torque_viscous: float = 0.0
     torque_friction: float = 0.0
 
+    def __post_init__(self) -> None:
+        _keep(
+            self, "counts", "offset", "velocity_scale", "torque_inertia", "torque_viscous", "torque_friction"
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class Axis:
@@ -70,6 +100,9 @@ class Axis:
     travel: tuple[float, float] | None = None
     servo: Servo | None = None
     drive: Drive | None = None
+
+    def __post_init__(self) -> None:
+        _keep(self, "max_velocity", "max_acceleration", "max_jerk", "travel")
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +128,16 @@ class Machine:
     max_contour_error_mm: float | None = None
     max_centripetal_mm_s2: float | None = None
     settings: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+
+    def __post_init__(self) -> None:
+        _keep(
+            self,
+            "period_s",
+            "chord_tolerance_mm",
+            "path_tolerance_mm",
+            "max_contour_error_mm",
+            "max_centripetal_mm_s2",
+        )
 
     @property
     def is_lathe(self) -> bool:

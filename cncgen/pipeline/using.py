@@ -319,7 +319,7 @@ def judge(
         machine: A profile's name, a TOML file, or a machine.
         tolerance_mm: Tolerance of every continuous motion (G64), instead of the program's.
         resolution: Unit, mm and degrees, to which the positions are rounded; differences may exceed a limit by the effect of this
-        rounding.
+            rounding.
 
     Returns:
         A verdict: ``holds`` tells whether everything is kept, ``breaches`` has a diagnostic for each limit that is broken,

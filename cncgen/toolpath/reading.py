@@ -43,12 +43,14 @@ class ReadOptions:
         fastest_spindle: Revolutions a minute that the spindle does not exceed under a constant surface speed (G96), or None.
         inch_tables: Whether lengths in the tool table and the parameter file are inches (else mm).
         stand_alone: Whether the machine is the imaginary one of LinuxCNC's stand-alone interpreter (`cncgen.gcode.sinks.standalone`),
-        as for the calls that `canon` prints. tool_tips: Whether positions are those of the tools' tips: offsets of tools (G43) are
-        left out of them (G-code). workingsteps: Whether the beginning of each workingstep is an event, with its raw piece (STEP-NC).
-        save_parameters: Where to write the parameters after the program, or None. include: Directories searched for subprograms, after
-        the program's own. block_delete: Whether blocks that begin with ``/`` are skipped. speed_unit: ``m/s`` or ``m/min``: the unit
-        of cutting speeds of ISO 14649 (the standard: m/s; some writers: m/min, and their cutting speeds count before their spindle
-        speeds).
+            as for the calls that `canon` prints.
+        tool_tips: Whether positions are those of the tools' tips: offsets of tools (G43) are left out of them (G-code).
+        workingsteps: Whether the beginning of each workingstep is an event, with its raw piece (STEP-NC).
+        save_parameters: Where to write the parameters after the program, or None.
+        include: Directories searched for subprograms, after the program's own.
+        block_delete: Whether blocks that begin with ``/`` are skipped.
+        speed_unit: ``m/s`` or ``m/min``: the unit of cutting speeds of ISO 14649 (the standard: m/s; some writers: m/min, and their
+            cutting speeds count before their spindle speeds).
         spindle_sign: ``speed`` or ``tool``: whether the sign of a spindle speed of STEP-NC tells the sense of rotation, or
             the hand of the tool (for writers that give speeds without a sign).
         max_steps: Blocks executed before a program counts as endless. None: as much work as takes some seconds

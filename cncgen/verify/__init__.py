@@ -56,7 +56,7 @@ def verify(
         named: Axes that the program names; None: all of its toolpath's. Where another one stands is not known: it has
             to stand still.
         resolution: Rounding of the positions, mm and degrees: differences and distances may exceed their limits by the effect of this
-        rounding.
+            rounding.
 
     Returns:
         Peaks of each axis and both distances, with a diagnostic for each limit that is broken.

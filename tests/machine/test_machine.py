@@ -2,17 +2,29 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cncgen.diagnostics import CncgenError, UsageError
-from cncgen.machine import Axis, Machine, Servo, load, load_machine, load_servos, profile_names, to_toml
+from cncgen.machine import (
+    Axis,
+    Drive,
+    Machine,
+    Servo,
+    load,
+    load_machine,
+    load_servos,
+    profile_names,
+    to_toml,
+)
 from cncgen.machine.checking import check_machine
 from cncgen.machine.keys import rows
 from cncgen.machine.reading import machine_from_toml, servos_from_toml
@@ -419,3 +431,36 @@ def test_axes_of_kinematics_are_axes_of_the_machine() -> None:
     settings = {"kinematics": {"model": "table-table", "axes": ["a", "b"]}}
     with pytest.raises(UsageError, match=r"settings kinematics.axes: b carries table or head"):
         check_machine(replace(machine, settings=settings))
+
+
+def test_numbers_of_numpy_become_numbers_of_files() -> None:
+    """`np.float64(80.0)` stood in the TOML that files of setpoints carry, and coefficients of scipy's systems were refused."""
+    single = np.float32(0.125)
+    servo = Servo(
+        "transfer-function",
+        {"numerator": np.array([80.0]), "denominator": [np.float64(1.0), 80], "delay_s": single},
+    )
+    travel = np.array([-5.0, 5.0])
+    axis = Axis(
+        "X", np.float64(300.0), np.int64(3000), np.float32(60000.0), travel, servo, Drive(np.float64(1e4))
+    )  # type: ignore[arg-type]
+    machine = Machine("bench", {"X": axis}, np.float64(0.001), max_centripetal_mm_s2=single)
+    check_machine(machine)
+    again = machine_from_toml(to_toml(machine).encode(), "again.toml")
+    assert again == Machine(
+        "bench",
+        {
+            "X": Axis(
+                "X",
+                300.0,
+                3000.0,
+                60000.0,
+                (-5.0, 5.0),
+                Servo("transfer-function", {"numerator": [80.0], "denominator": [1.0, 80], "delay_s": 0.125}),
+                Drive(1e4),
+            )
+        },
+        0.001,
+        max_centripetal_mm_s2=0.125,
+    )
+    json.dumps([machine.period_s, axis.max_jerk, axis.travel, dict(servo.parameters)])
