@@ -182,7 +182,8 @@ class Programmed:
         bound = np.where(over == 2, ROTARY_RADIUS * feed, feed)
         bound = np.where((over == 3) | (swift & (over > 0)), self._fastest, bound)
         turns = (toolpath.end[rows] != toolpath.starts[rows])[:, 3:].any(axis=1)
-        others = ~swift & (turns | (toolpath.kind[rows] == Kind.NURBS))
+        more = toolpath.kind[rows] == Kind.NURBS if len(toolpath.axes) > 3 else False
+        others = ~swift & (turns | more) & ((over == 0) | (over == 3))
         return {
             "line": toolpath.line[rows],
             "source": toolpath.source[rows],

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
 from cncgen.geometry.path import metric_columns
-from cncgen.planner.limits.axis_limits import lowered
+from cncgen.planner.limits.axis_limits import ROTARY_RADIUS, lowered
 from cncgen.planner.tube.programmed import Programmed
 from cncgen.planner.tube.reference_path import REST, Grid, Reference
 from cncgen.planner.tube.scales import Scales
@@ -192,6 +192,7 @@ def nodes_of(
     # Only at borders the path may turn.
     after = tangent.copy()
     after[last] = reference.at(node[last], 1)[1]
+    exact = np.sqrt(((after - tangent) ** 2).sum(axis=1)) > _SHARP
     tangent += after
     tangent /= np.maximum(np.sqrt((tangent**2).sum(axis=1)), _OPPOSITE)[:, None]
     feed, over = program.column("bound")[own], program.column("over")[own]
@@ -208,7 +209,7 @@ def nodes_of(
         program, own, places, node, vertex, found, part, point, tangent, _corners(program, own, vertex, found)
     )
     near = program.nearest(point, first + found, part)
-    loose, looser = laid.loose(near[1], scales.part)
+    loose, looser = laid.loose(near[1], exact, scales.part)
     rooms = laid.rooms(near, scales)
     without = np.where(looser[:, None], 0.0, tangent)
     tangent[loose] = 0.0
@@ -358,22 +359,25 @@ class _Laid:
         """Return a column of the rows."""
         return self.program.column(name)[self.own]
 
-    def loose(self, along: Floats, part: float) -> tuple[Bools, Bools]:
+    def loose(self, along: Floats, exact: Bools, part: float) -> tuple[Bools, Bools]:
         """Tell which nodes have no plane: those of sharp corners, and those from which all is within their room where rows turn back or feeds
-        change; and of the second ones, within twice of it where rows turn back: one place may then be within the tolerance of all between. Rows go `along`; room is that
-        part of the tolerance.
+        change, or the plan turns at a node (`exact`); and of the second ones, within twice of it where rows turn back: one place may then be
+        within the tolerance of all between. Rows go `along`; room is that part of the tolerance.
 
         Planes there would make the motion go as deep into a corner, or into several that are a way back together, as the plan does, and
         change its speed where the plan changes it.
         """
-        node, feed, tolerance = self.node, self.column("bound"), part * self.column("tolerance")[self.row]
+        feed, tolerance = self.column("bound"), part * self.column("tolerance")[self.row]
+        # The way that feeds count: s of a row that turns alone is in rad.
+        turns = self.column("over")[self.row] == 2
+        node = np.cumsum(np.diff(self.node, prepend=self.node[0]) * np.where(turns, ROTARY_RADIUS, 1.0))
         corner, row, _, turn = self.corners
         before, after = along.copy(), along.copy()
         before[corner], after[corner] = self.column("leave")[row - 1], self.column("entry")[row]
         out = np.zeros(len(node), bool)
         out[corner[turn > _SHARP]] = True
         change, pair, lag = np.zeros((2, len(node) + 1), np.int64), np.arange(len(node)), 0
-        other = corner[feed[row] != feed[row - 1]]
+        other = corner[(feed[row] != feed[row - 1]) | exact[corner]]
         for each in change:
             np.add.at(each, np.searchsorted(node, node[other] - tolerance[other]), 1)
             np.add.at(each, np.searchsorted(node, node[other] + tolerance[other], side="right"), -1)

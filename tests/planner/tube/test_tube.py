@@ -400,6 +400,18 @@ def test_a_nurbs_of_degree_2_is_no_slower_than_its_polyline() -> None:
     assert seconds < 2.42
 
 
+def test_a_row_that_turns_alone_is_cut_at_both_ends() -> None:
+    """IPOPT finds 0.3140 s (`trials/beside_ipopt.py`, over X Y A); it took 0.3211 s with planes beside the corners that the plan goes through."""
+    base = machine()
+    rotary = {"max_velocity": 120.0, "max_acceleration": 1500.0, "max_jerk": 3e4}
+    turns = replace(base.axes["X"], letter="A", **{name: np.radians(limit) for name, limit in rotary.items()})
+    on = replace(base, axes={"X": base.axes["X"], "Y": base.axes["Y"], "A": turns})
+    rows = "G1 X2 Y0 A0\nG1 Y3\nG1 A0.6\nG1 X4\nG1 Y6"
+    seconds, broken = planned(f"(START, X0 Y0 A0)\nG21 G90 G94 G17 G64 P0.15 F6000\n{rows}\nM2\n", on)
+    assert not broken
+    assert seconds < 1.0075 * 0.3140
+
+
 def test_a_nurbs_that_bends_within_a_few_tolerances_is_no_slower_than_its_polyline() -> None:
     """A random cubic, as `trials/beside_ipopt.py` draws them: it took 0.420 s, its polyline 0.383 s."""
     points = np.array([
