@@ -226,12 +226,15 @@ def reversing(case: Case) -> None:
 
 
 def pace(case: Case) -> None:
-    """Rows on which rotary axes move take together no less than their feeds ask: 0.1 %, and two periods where they meet others."""
+    """Rows that turn rotary axes beside X Y Z take together no less than their feeds ask: 0.1 %, and two periods where they meet others.
+
+    Rows that turn alone have their feed as those of X Y Z have, and are cut at corners as these are.
+    """
     asked, taken = 0.0, 0.0
     turning: set[int] = set()
     for tp in case.toolpaths:
         turns = (tp.kind != Kind.EVENT) & (tp.feed_mode != FeedMode.RAPID)
-        turns &= (tp.end != tp.starts)[:, 3:].any(axis=1)
+        turns &= (tp.end != tp.starts)[:, 3:].any(axis=1) & np.isin(tp.path.measured_by, (0, 3))
         timed = tp.feed_mode == FeedMode.INVERSE_TIME
         asked += (np.where(timed, 1.0, tp.path.feed_length) / tp.feed)[turns].sum()
         turning.update(tp.line[turns].tolist())
