@@ -30,6 +30,8 @@ _CALM = 8.0
 _BENT = 1e-4
 #: A corner has a node where it leaves the chord between nodes by more than this part of the tolerance, or turns by more, rad.
 _SHOWS, _SHARP = 0.1, 0.35
+#: The plan follows a corner that it leaves by less than this part of the room.
+_FOLLOWS = 0.5
 #: Times between nodes for which those beside the ends of a run are spaced by the time of the plan: it gathers speed within that.
 _BESIDE_REST = 128.0
 #: Below this turn, rad, a disc about the corner stands for the two bands: with them the butterfly takes 15 % more computing.
@@ -192,7 +194,6 @@ def nodes_of(
     # Only at borders the path may turn.
     after = tangent.copy()
     after[last] = reference.at(node[last], 1)[1]
-    exact = np.sqrt(((after - tangent) ** 2).sum(axis=1)) > _SHARP
     tangent += after
     tangent /= np.maximum(np.sqrt((tangent**2).sum(axis=1)), _OPPOSITE)[:, None]
     feed, over = program.column("bound")[own], program.column("over")[own]
@@ -209,7 +210,7 @@ def nodes_of(
         program, own, places, node, vertex, found, part, point, tangent, _corners(program, own, vertex, found)
     )
     near = program.nearest(point, first + found, part)
-    loose, looser = laid.loose(near[1], exact, scales.part)
+    loose, looser = laid.loose(near[1], scales.part)
     rooms = laid.rooms(near, scales)
     without = np.where(looser[:, None], 0.0, tangent)
     tangent[loose] = 0.0
@@ -359,9 +360,9 @@ class _Laid:
         """Return a column of the rows."""
         return self.program.column(name)[self.own]
 
-    def loose(self, along: Floats, exact: Bools, part: float) -> tuple[Bools, Bools]:
+    def loose(self, along: Floats, part: float) -> tuple[Bools, Bools]:
         """Tell which nodes have no plane: those of sharp corners, and those from which all is within their room where rows turn back or feeds
-        change, or the plan turns at a node (`exact`); and of the second ones, within twice of it where rows turn back: one place may then be
+        change, or the plan hardly leaves a sharp corner; and of the second ones, within twice of it where rows turn back: one place may then be
         within the tolerance of all between. Rows go `along`; room is that part of the tolerance.
 
         Planes there would make the motion go as deep into a corner, or into several that are a way back together, as the plan does, and
@@ -371,16 +372,19 @@ class _Laid:
         # The way that feeds count: s of a row that turns alone is in rad.
         turns = self.column("over")[self.row] == 2
         node = np.cumsum(np.diff(self.node, prepend=self.node[0]) * np.where(turns, ROTARY_RADIUS, 1.0))
-        corner, row, _, turn = self.corners
+        corner, row, narrow, turn = self.corners
         before, after = along.copy(), along.copy()
         before[corner], after[corner] = self.column("leave")[row - 1], self.column("entry")[row]
         out = np.zeros(len(node), bool)
         out[corner[turn > _SHARP]] = True
         change, pair, lag = np.zeros((2, len(node) + 1), np.int64), np.arange(len(node)), 0
-        other = corner[(feed[row] != feed[row - 1]) | exact[corner]]
-        for each in change:
-            np.add.at(each, np.searchsorted(node, node[other] - tolerance[other]), 1)
-            np.add.at(each, np.searchsorted(node, node[other] + tolerance[other], side="right"), -1)
+        away = np.sqrt(((self.point[corner] - self.column("start")[row]) ** 2).sum(axis=1))
+        exact = corner[(turn > _SHARP) & (away < _FOLLOWS * part * narrow)]
+        way = np.concatenate([[0.0], np.cumsum(np.sqrt((np.diff(self.point, axis=0) ** 2).sum(axis=1)))])
+        for at, places in ((exact, way), (corner[feed[row] != feed[row - 1]], node)):
+            for each in change:
+                np.add.at(each, np.searchsorted(places, places[at] - tolerance[at]), 1)
+                np.add.at(each, np.searchsorted(places, places[at] + tolerance[at], side="right"), -1)
         span = np.ptp(np.concatenate([before, after]), axis=0)
         if np.sqrt((span**2).sum()) <= _GOES_BACK:
             # None of these directions is opposite to another.
