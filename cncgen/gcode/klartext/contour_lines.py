@@ -90,7 +90,7 @@ class ContourLines(Execution):
         else:
             contours.departure(self.ip, way, here)
         if called:
-            self._call_cycle(at, here)
+            self._call_cycle(here)
         for part in late:
             self._execute(part)
 

@@ -12,7 +12,7 @@ import math
 from cncgen.gcode.codes.letters import strokes
 from cncgen.gcode.codes.plain_language import Plain
 from cncgen.gcode.errors import BlockError, refuse
-from cncgen.gcode.klartext.hole_cycle import HoleCycle, check_feeds, infeeds
+from cncgen.gcode.klartext.hole_cycle import HoleCycle, check_feeds
 
 _TEXT = 500
 
@@ -43,7 +43,7 @@ def engrave(cycle: HoleCycle) -> None:
     hint = "places, depth, heights and feeds are the cycle's"
     cycle.ip.warn_once("engraving-letters", message, "CYCL", hint)
     cycle.begin()
-    for level in infeeds(q[203], cycle.bottom, abs(q[202]), cycle.name):
+    for level in cycle.infeeds(202):
         for stroke in letters:
             cycle.go(cycle.start, rapid=True)
             cycle.to(place + stroke[0] * turn, rapid=True)

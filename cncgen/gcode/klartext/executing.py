@@ -182,7 +182,7 @@ class Execution(ProgramText):
         if "t" in block.words:
             self._tell_tool()
         if calls:
-            self._call_cycle(at, block)
+            self._call_cycle(block)
         for part in late:
             self._execute(part)
 
@@ -198,7 +198,7 @@ class Execution(ProgramText):
         """Return the corner that the line behind a motion puts at its end."""
         return {}
 
-    def _call_cycle(self, at: int, block: Block) -> None:
+    def _call_cycle(self, block: Block) -> None:
         """Run the cycle at the tool's place, or the program of cycle 12 from there on."""
         plain = Plain.of(self.ip)
         if plain.cycle == programs.CYCLE and not plain.modal:

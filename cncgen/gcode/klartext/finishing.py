@@ -34,7 +34,7 @@ def _finish(cycle: HoleCycle, wall: Pocket, allowance: float, outside: bool) -> 
     An allowance says how far from the wall of a pocket the tool goes down; below 0 that is its middle.
     """
     q, radius = cycle.q, _radius(cycle, math.inf if outside else min(wall.length, wall.width))
-    levels = infeeds(q[203], cycle.bottom, abs(q[202]), cycle.name)
+    levels = cycle.infeeds(202)
     check_feeds(cycle)
     reach, sense = (-radius, -1) if outside else (radius, 1)
     how = Clearing(reach, 1.0, levels, cycle.start, q[207], q[206], sense)
@@ -186,7 +186,7 @@ def _finish_slot(
     """
     q = cycle.q
     edge = loop[0][0]
-    for level in infeeds(q[203], cycle.bottom, abs(q[338]), cycle.name, "Q338"):
+    for level in cycle.infeeds(338):
         cycle.feed(q[207], "Q207")
         _to_begin(cycle, begin, along)
         cycle.feed(q[206] or q[207], "Q206")

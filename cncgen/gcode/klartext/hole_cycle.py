@@ -61,6 +61,11 @@ class HoleCycle(FlatCutter):
         message = f"the depth of {name}, Q201 = {q[201]:g}, does not lead downwards"
         refuse("CYCL", (depth >= 0.0 and levels is None, "cycle-depth", message, "Q201 is below 0"))
 
+    def infeeds(self, number: int, floor: float = 0.0) -> tuple[float, ...]:
+        """Return the levels of Q202 or Q338 from the surface Q203 down to an allowance above the bottom."""
+        q = self.q
+        return infeeds(q[203], self.bottom + floor, abs(q[number]), self.name, f"Q{number}")
+
     def go(self, z: float, *, rapid: bool) -> None:
         """Go to a height."""
         self.to(z=z, rapid=rapid)

@@ -11,7 +11,7 @@ import math
 from cncgen.gcode.codes.steps import steps_of
 from cncgen.gcode.errors import refuse
 from cncgen.gcode.interpreter import Interpreter
-from cncgen.gcode.klartext.hole_cycle import HoleCycle, check_feeds, infeeds
+from cncgen.gcode.klartext.hole_cycle import HoleCycle, check_feeds
 
 #: The least and the greatest number of corners, and how far beside the blank the tool goes down, mm.
 _FEWEST, _MOST, _BESIDE = 3, 99, 2.0
@@ -90,13 +90,13 @@ def polygon(ip: Interpreter, name: str) -> None:
         return [stud.tool + allowance + k * step for k in range(max(count, 1) - 1, -1, -1)]
 
     if mode != 2:
-        for level in infeeds(q[203], stud.bottom + q[369], abs(q[202]), name):
+        for level in stud.infeeds(202, q[369]):
             stud.level(level, loops(q[368]), q[207])
     if mode != 1 and (q[368] or q[369]):
         feed = q[385] or q[207]
         if q[369]:
             stud.level(stud.bottom, loops(q[368]), feed)
-        for level in infeeds(q[203], stud.bottom, abs(q[338]), name, "Q338"):
+        for level in stud.infeeds(338):
             stud.level(level, [stud.tool], feed)
     stud.end()
     stud.to(stud.turn.conjugate() * (before - stud.origin), rapid=True)

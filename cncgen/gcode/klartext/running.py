@@ -296,7 +296,7 @@ class HeidenhainRunner(ContourLines):
                 self._move(replace(block, words={**way, "z": clearance}, m=()))
         self._move(block)
         with lent(q, {203: q[203] + above}):
-            self._call_cycle(at, block)
+            self._call_cycle(block)
         for part in late:
             self._execute(part)
 

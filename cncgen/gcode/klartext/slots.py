@@ -13,7 +13,7 @@ from cncgen.gcode.codes.steps import MOST
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext import finishing
-from cncgen.gcode.klartext.hole_cycle import HoleCycle, check_feeds, infeeds
+from cncgen.gcode.klartext.hole_cycle import HoleCycle, check_feeds
 
 
 def pocket(
@@ -27,11 +27,11 @@ def pocket(
     step, sense = (q[370] or 1.0) * tool, -1 if q[351] < 0.0 else 1
     wall = Pocket(middle, length / 2.0, width / 2.0, corner, angle)
     if roughs:
-        levels = infeeds(q[203], cycle.bottom + floor, abs(q[202]), cycle.name)
+        levels = cycle.infeeds(202, floor)
         how = Clearing(tool, step, levels, cycle.start, q[207], q[206], sense)
         clear(ip, wall.within(side), how, cycle.name)
     if finishes and side > 0.0:
-        levels = infeeds(q[203], cycle.bottom, abs(q[338]), cycle.name, "Q338")
+        levels = cycle.infeeds(338)
         how = Clearing(tool, step, levels, cycle.start, q[385] or q[207], q[206], sense)
         finishing.wall_of_pocket(cycle, wall, how, side)
     if finishes and floor > 0.0:
@@ -111,10 +111,10 @@ def bows(cycle: HoleCycle) -> None:
     sense, feed = -1 if q[351] < 0.0 else 1, q[385] or q[207]
     runs = []
     if roughs:
-        levels = infeeds(q[203], cycle.bottom + floor, abs(q[202]), cycle.name)
+        levels = cycle.infeeds(202, floor)
         runs.append((side, Clearing(tool, tool, levels, cycle.start, q[207], q[206], sense)))
     if finishes and side > 0.0:
-        levels = infeeds(q[203], cycle.bottom, abs(q[338]), cycle.name, "Q338")
+        levels = cycle.infeeds(338)
         runs.append((0.0, Clearing(tool, q[219], levels, cycle.start, feed, q[206], sense)))
     if finishes and floor > 0.0:
         runs.append((0.0, Clearing(tool, tool, (cycle.bottom,), cycle.start, feed, q[206], sense)))

@@ -14,7 +14,7 @@ from cncgen.gcode.codes.steps import MOST, levels_of, steps_of
 from cncgen.gcode.errors import refuse
 from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext import slots
-from cncgen.gcode.klartext.hole_cycle import HoleCycle, infeeds
+from cncgen.gcode.klartext.hole_cycle import HoleCycle
 
 #: The cycle that mills a face from the tool's place on.
 FACE = 233
@@ -75,11 +75,11 @@ def _stud(
         path.free(beside, left, loops, (approach + 1) % 4 if approach else None)
 
     if roughs:
-        mill(infeeds(q[203], cycle.bottom + floor, abs(q[202]), name), q[207], side, count)
+        mill(cycle.infeeds(202, floor), q[207], side, count)
     if finishes and floor > 0.0:
         mill((cycle.bottom,), q[385] or q[207], side, count)
     if finishes and side > 0.0:
-        mill(infeeds(q[203], cycle.bottom, abs(q[338]), name, "Q338"), q[385] or q[207], 0.0, 1)
+        mill(cycle.infeeds(338), q[385] or q[207], 0.0, 1)
     cycle.end()
     cycle.to(before, rapid=True)
 
