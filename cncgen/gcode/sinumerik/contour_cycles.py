@@ -21,7 +21,7 @@ from cncgen.gcode.codes.turning_profiles import ROUNDED, Segment, backwards, che
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.sinumerik.arcs import follow
 from cncgen.gcode.sinumerik.cycle_modes import MillingModes
-from cncgen.gcode.sinumerik.cycles import Hole, Values, filled, given
+from cncgen.gcode.sinumerik.cycles import Values, filled, given
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
@@ -116,8 +116,7 @@ def mill(motions: Motions, name: str, values: Values) -> None:
     v = [0.0, *(filled(values, k) for k in range(1, 17))]
     modes, side = MillingModes.of(motions, name, values, 20), round(v[11])
     variant = _Variant.of(name, v[10], side, filled(values, 17) != 0.0)
-    depth = given(values, 4)
-    hole = Hole.of(motions, name, [v[1], v[2], v[3], None if depth is None else modes.depth_of(depth, v[2])])
+    hole = modes.hole_to(motions, name, values[1:4], given(values, 4))
     ip = motions.ip
     radius = ip.cutting_radius(name) if side != 40 else 0.0
     before = ip.state.feed

@@ -76,9 +76,11 @@ class MillingModes:
         diameter = plane // 100 % 10 == 1
         return cls(mode % 10, mode // 10 % 10 == 1, points[point], shape // 10_000 == 1, diameter)
 
-    def depth_of(self, depth: float, reference: float) -> float:
-        """Return the coordinate of a depth."""
-        return reference - abs(depth) if self.depth == 1 else depth
+    def hole_to(self, motions: Motions, name: str, heights: Values, depth: float | None) -> Hole:
+        """Return the heights of RTP, RFP, SDIS, and a depth, which is a coordinate or a distance from RFP."""
+        if depth is not None and self.depth == 1:
+            depth = filled(heights, 1) - abs(depth)
+        return Hole.of(motions, name, [*heights, depth])
 
     def hole(self, motions: Motions, name: str, values: Values) -> Hole:
         """Return the heights of RTP, RFP, SDIS, and DP or DPR."""

@@ -33,10 +33,11 @@ _USUAL_STEP = 0.8
 _FROM_RAD = CORNERS[:1]
 
 
-def _levels(name: str, motions: Motions, values: Values, depth: float) -> Hole:
+def _levels(name: str, motions: Motions, values: Values, modes: MillingModes) -> Hole:
     """Return the heights of a pocket, whose depth is its fourth parameter."""
+    depth = depth_of(name, values)
     check_plane(motions, name)
-    return Hole.of(motions, name, [*values[:3], depth])
+    return modes.hole_to(motions, name, values[:3], depth)
 
 
 def _cleared(motions: Motions, name: str, hole: Hole, pocket: Pocket, how: dict[str, float]) -> None:
@@ -77,7 +78,7 @@ def rectangle(motions: Motions, name: str, values: Values) -> None:
     """
     v = [filled(values, k) for k in range(18)]
     modes = MillingModes.of(motions, name, values, 26, CORNERS)
-    hole = _levels(name, motions, values, modes.depth_of(depth_of(name, values), v[1]))
+    hole = _levels(name, motions, values, modes)
     modes.check_whole(name, values, (18, 19, 20))
     half, turn = complex(abs(v[4]), abs(v[5])) / 2.0, cmath.rect(1.0, math.radians(v[9]))
     x, y = modes.corner
@@ -94,7 +95,7 @@ def circle(motions: Motions, name: str, values: Values) -> None:
     """
     v = [filled(values, k) for k in range(15)]
     modes = MillingModes.of(motions, name, values, 22)
-    hole = _levels(name, motions, values, modes.depth_of(depth_of(name, values), v[1]))
+    hole = _levels(name, motions, values, modes)
     modes.check_whole(name, values, (15, 16))
     radius = v[4] / 2.0 if modes.diameter else v[4]
     how = milled(v, 7)

@@ -70,9 +70,7 @@ def thread_of_profile(motions: Motions, name: str, values: Values) -> None:
     v = [filled(values, k) for k in range(17)]
     modes = MillingModes.of(motions, name, values, 20)
     check_plane(motions, name)
-    hole = Hole.of(
-        motions, name, [*values[:3], None if given(values, 3) is None else modes.depth_of(v[3], v[1])]
-    )
+    hole = modes.hole_to(motions, name, values[:3], given(values, 3))
     outer, depth, left, pitch, kind, vari = v[4], v[5], v[6], v[7], round(v[11]), round(v[15])
     how, way, hand = vari % 10, vari // 10 % 10, vari // 100 % 10
     root = outer / 2.0 - depth if kind == 1 else outer / 2.0
