@@ -85,16 +85,7 @@ def _add_to_tool(motions: Motions, words: Words) -> None:
 def take(motions: Motions, words: Words) -> None:
     """Take F, S, T, D."""
     _take_tool_name(motions, words)
-    other = 4 in words.g or motions.motion in g_functions.VARYING_LEADS
-    feed = None if other else words.named.pop("F", None)
-    if "FZ" in words.named:
-        feed = "", _feed_of_teeth(motions, words.named.pop("FZ")[1])
-    out: dict[str, float] = {} if feed is None else {"f": feed[1] * motions.feed_scale * motions.override}
-    for name in [name for name in words.named if _SPINDLE.fullmatch(name) and 4 not in words.g]:
-        if name in ("S", "S0", f"S{motions.master}"):
-            out["s"] = words.named.pop(name)[1]
-        else:
-            motions.speeds[name] = words.named.pop(name)[1]
+    out = _feed_and_speed(motions, words)
     tool = words.named.pop("T", None)
     if tool is not None:
         out["t"] = tool[1]
@@ -106,20 +97,41 @@ def take(motions: Motions, words: Words) -> None:
         )
     if out or changes:
         motions.emit(out, (), (60,) if changes else ())
-    if tool is not None and motions.turret and motions.ip.state.plane != 18:
-        message = (
-            "the program has no M6: T is taken to change the tool at once, as with machine data 22550 = 0"
-        )
-        motions.ip.note_once("tool-at-once", message, "T", "M6 behind T changes the tool where 22550 is 1")
-    if tool is not None and motions.turret and tool[1]:
-        motions.emit({"q": tool[1]}, (), (610,))
-        changes = True
+    if tool is not None and motions.turret:
+        _turn_turret(motions, tool[1])
+        changes = changes or tool[1] != 0.0
     edge = words.named.pop("D", None)
     if changes or edge is not None:
         motions.edge = whole("D", edge[1]) if edge is not None else 1
         commands.take_edge(motions)
     if cut is not None:
         _cut_at(motions, cut[1])
+
+
+def _feed_and_speed(motions: Motions, words: Words) -> dict[str, float]:
+    """Return F and S of a block, which are left where G4 or a varying lead takes them; keep the speeds of other spindles."""
+    other = 4 in words.g or motions.motion in g_functions.VARYING_LEADS
+    feed = None if other else words.named.pop("F", None)
+    if "FZ" in words.named:
+        feed = "", _feed_of_teeth(motions, words.named.pop("FZ")[1])
+    out: dict[str, float] = {} if feed is None else {"f": feed[1] * motions.feed_scale * motions.override}
+    for name in [name for name in words.named if _SPINDLE.fullmatch(name) and 4 not in words.g]:
+        if name in ("S", "S0", f"S{motions.master}"):
+            out["s"] = words.named.pop(name)[1]
+        else:
+            motions.speeds[name] = words.named.pop(name)[1]
+    return out
+
+
+def _turn_turret(motions: Motions, tool: float) -> None:
+    """Change the tool at T, as a turret does, to one other than T0; tell so of a mill."""
+    if motions.ip.state.plane != 18:
+        message = (
+            "the program has no M6: T is taken to change the tool at once, as with machine data 22550 = 0"
+        )
+        motions.ip.note_once("tool-at-once", message, "T", "M6 behind T changes the tool where 22550 is 1")
+    if tool:
+        motions.emit({"q": tool}, (), (610,))
 
 
 def _take_tool_name(motions: Motions, words: Words) -> None:
