@@ -64,15 +64,8 @@ def _arc(ip: Interpreter, block: Block, clockwise: bool) -> None:
         return
     has_offset = not set(_OFFSETS).isdisjoint(words)
     if not has_offset and "r" not in words:
-        message = f"{name} has neither a centre (I J K) nor a radius (R)"
-        if ip.dialect == "fanuc" and has_axis(block):
-            # As FANUC's controls do (parameter CIR, 3403#5 = 0, B-64310EN).
-            hint = f"write G1 for a line; controls with CIR (3403#5) = 1, and Haas's, refuse {name} without I J K and R"
-            ip.warn_once("arc-centre", f"{message}: it is a straight line", name, hint)
-            _line(ip, block)
-            return
-        hint = "I J K lead from the start to the centre; R does not make full circles"
-        raise BlockError("arc-centre", message, name, hint=hint)
+        _without_centre(ip, block, name)
+        return
     if has_offset and "r" in words:
         _radius_counts(ip, name)
     check_feed(ip, block, name)
@@ -86,23 +79,26 @@ def _arc(ip: Interpreter, block: Block, clockwise: bool) -> None:
         x, y = _centre_by_radius(ip, block, end, clockwise, name)
     else:
         x, y = _centre_by_offset(ip, block, name)
-        at_start, at_end = _radii(ip, end, (x, y))
-        if _is_point(ip, at_start, at_end) and (at_start or at_end or has_axis(block)):
-            unit = "inch" if state.inches else "mm"
-            message = f"{name} of radius {max(at_start, at_end):.2g} {unit} is less than a control resolves: it is a straight line"
-            hint = "let the CAM system write lines for arcs so small; LinuxCNC refuses them"
-            ip.warn_once("arc-zero-radius", message, name, hint)
+        if not _is_round(ip, block, name, _radii(ip, end, (x, y))):
             _line(ip, block)
             return
-        word = next(letter.upper() for letter in _OFFSETS if letter in words)
-        hint = "is I J K meant from the start point (G91.1) or as coordinates (G90.1)?"
-        if ip.dialect == "sinumerik":
-            hint = f"{word} leads from the start point to the centre; as a coordinate it is {word}=AC(...)"
-        check_radii(at_start, at_end, state.inches, word, hint)
     if state.feed_mode == 93:
         ip.sink.set_inverse_time(state.feed, _length(ip, end, (x, y), -turns if clockwise else turns))
     ip.sink.arc_feed(end, x, y, -turns if clockwise else turns, state.plane)
     state.position, state.moved = end, True
+
+
+def _without_centre(ip: Interpreter, block: Block, name: str) -> None:
+    """Move straight where neither I J K nor R is there, as FANUC's controls do (parameter CIR, 3403#5 = 0, B-64310EN); raise in other dialects."""
+    message = f"{name} has neither a centre (I J K) nor a radius (R)"
+    if ip.dialect != "fanuc" or not has_axis(block):
+        hint = "I J K lead from the start to the centre; R does not make full circles"
+        raise BlockError("arc-centre", message, name, hint=hint)
+    hint = (
+        f"write G1 for a line; controls with CIR (3403#5) = 1, and Haas's, refuse {name} without I J K and R"
+    )
+    ip.warn_once("arc-centre", f"{message}: it is a straight line", name, hint)
+    _line(ip, block)
 
 
 def _repeat(ip: Interpreter, block: Block, clockwise: bool, name: str) -> None:
@@ -138,6 +134,24 @@ def _is_point(ip: Interpreter, at_start: float, at_end: float) -> bool:
     inches = ip.state.inches
     same = min(at_start, at_end) < RADIUS_TOLERANCE[inches]
     return same and abs(at_start - at_end) <= CENTRE_TOLERANCE[inches]
+
+
+def _is_round(ip: Interpreter, block: Block, name: str, radii: tuple[float, float]) -> bool:
+    """Tell whether an arc with I J K is one, from its radii at start and end: not so small that it is a line; raise where they differ."""
+    at_start, at_end = radii
+    inches = ip.state.inches
+    if _is_point(ip, at_start, at_end) and (at_start or at_end or has_axis(block)):
+        unit = "inch" if inches else "mm"
+        message = f"{name} of radius {max(at_start, at_end):.2g} {unit} is less than a control resolves: it is a straight line"
+        hint = "let the CAM system write lines for arcs so small; LinuxCNC refuses them"
+        ip.warn_once("arc-zero-radius", message, name, hint)
+        return False
+    word = next(letter.upper() for letter in _OFFSETS if letter in block.words)
+    hint = "is I J K meant from the start point (G91.1) or as coordinates (G90.1)?"
+    if ip.dialect == "sinumerik":
+        hint = f"{word} leads from the start point to the centre; as a coordinate it is {word}=AC(...)"
+    check_radii(at_start, at_end, inches, word, hint)
+    return True
 
 
 def _radius_counts(ip: Interpreter, name: str) -> None:
