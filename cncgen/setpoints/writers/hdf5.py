@@ -17,8 +17,8 @@ from cncgen.setpoints.packages import needed
 from cncgen.setpoints.record import Setpoints
 from cncgen.setpoints.writers.spooled import spool_of
 
-#: Rows of a chunk of the file.
-_CHUNK_ROWS = 16_384
+#: Rows of a chunk of the file, which the last one of each data set fills up: 16 KiB.
+_CHUNK_ROWS = 2048
 #: Signals whose handlers raise, by name; not every system has each.
 _ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
 
