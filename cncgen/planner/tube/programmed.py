@@ -176,14 +176,15 @@ class Programmed:
         turn = np.full(len(rows), np.inf)
         turn[arc] = 2.0 * np.pi / np.sqrt((bent[arc] ** 2).sum(axis=1))
         exact = ~loose(toolpath)[rows]
-        # The feed is that of X Y Z, whose way may all lie within the tolerance. So it is the pace of the other axes as well. Rapids have none.
+        # The way of X Y Z, along which the feed is, may all lie within the tolerance. So the feed is the pace of axes that move beside them as
+        # well; the ends of a curve do not tell whether they do. Rapids have none.
         swift = rapid(toolpath)[rows]
         over = path.measured_by[rows]
         bound = np.where(over == 2, ROTARY_RADIUS * feed, feed)
         bound = np.where((over == 3) | (swift & (over > 0)), self._fastest, bound)
         turns = (toolpath.end[rows] != toolpath.starts[rows])[:, 3:].any(axis=1)
-        more = toolpath.kind[rows] == Kind.NURBS if len(toolpath.axes) > 3 else False
-        others = ~swift & (turns | more) & ((over == 0) | (over == 3))
+        turns |= (toolpath.kind[rows] == Kind.NURBS) & (len(toolpath.axes) > 3)
+        others = ~swift & turns & ((over == 0) | (over == 3))
         return {
             "line": toolpath.line[rows],
             "source": toolpath.source[rows],

@@ -379,9 +379,9 @@ class _Laid:
         out[corner[turn > _SHARP]] = True
         change, pair, lag = np.zeros((2, len(node) + 1), np.int64), np.arange(len(node)), 0
         away = np.sqrt(((self.point[corner] - self.column("start")[row]) ** 2).sum(axis=1))
-        exact = corner[(turn > _SHARP) & (away < _FOLLOWS * part * narrow)]
+        followed = corner[(turn > _SHARP) & (away < _FOLLOWS * part * narrow)]
         way = np.concatenate([[0.0], np.cumsum(np.sqrt((np.diff(self.point, axis=0) ** 2).sum(axis=1)))])
-        for at, places in ((exact, way), (corner[feed[row] != feed[row - 1]], node)):
+        for at, places in ((followed, way), (corner[feed[row] != feed[row - 1]], node)):
             for each in change:
                 np.add.at(each, np.searchsorted(places, places[at] - tolerance[at]), 1)
                 np.add.at(each, np.searchsorted(places, places[at] + tolerance[at], side="right"), -1)
