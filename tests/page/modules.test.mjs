@@ -185,6 +185,26 @@ test("views look along the axes, and zoom keeps what is under the pointer", () =
   assert.ok(!other.restore("1,2,x") && !other.restore("0,0,0,0,0,-1"));
 });
 
+test("a box is fitted below the buttons and beside the legend, and in the middle where it does not reach that", () => {
+  const camera = new Camera();
+  Object.assign(camera, { width: 800, height: 640, covered: { right: 270, below: 90, above: 40 } });
+  camera.look("top");
+  const placed = (x, y, scale, px, py) => {
+    camera.fit([0, 0, 0, x, y, 0]);
+    const [at, down] = camera.project(x / 2, y / 2, 0);
+    for (const [found, wanted] of [[camera.scale, 0.9 * scale], [at, px], [down, py]]) assert.ok(Math.abs(found - wanted) < 1e-9, `${found} for ${wanted}`);
+  };
+  // Below the buttons 600 px are left. 100 x 100 mm at 5.4 px a mm end at x = 670 over the legend; beside that 530 px are left, above it 510.
+  placed(100, 100, 5.3, 265, 340);
+  // 160 x 100 mm end at x = 760; above the legend the width alone limits them still.
+  placed(160, 100, 5, 400, 295);
+  // 10 mm wide they end at x = 427, left of the legend.
+  placed(10, 100, 6, 400, 340);
+  // With a legend as large as the picture, less than half of that would be left.
+  camera.covered = { right: 600, below: 590, above: 40 };
+  placed(160, 200, 3, 400, 340);
+});
+
 test("a link comes back, also with signs of its own", () => {
   const settings = { c: "x_jerk_mm_s3", t: "1.5", x: "0,2", l: "a&b=c#d%" };
   assert.deepEqual(parsed(written(settings)), settings);

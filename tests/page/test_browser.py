@@ -107,7 +107,7 @@ def test_without_webgl_the_path_is_drawn_as_well(browser: Browser, made: Path) -
             "const { part, scene } = cncgen, rows = Array.from({ length: part.rows }, (_, k) => k).filter((k) => part.line(k) === 16);"
             "const k = rows[rows.length >> 1];"
             "const [x, y] = scene.camera.project(...part.points.map((one) => one[k])), r = scene.ratio;"
-            "return [...scene.canvas.getContext('2d').getImageData(Math.round(x * r), Math.round(y * r), 1, 1).data]"
+            "return [...scene.canvas.getContext('2d').getImageData(Math.floor(x * r), Math.floor(y * r), 1, 1).data]"
         )
         assert alpha > 200
         assert blue > red + 50
@@ -622,10 +622,21 @@ def test_a_turned_screen_shows_the_whole_path(shown: Browser) -> None:
         shown.driver.set_window_size(width, height)
         settled(shown)
         wide, high, points = shown.run(corners)
-        assert all(0 <= x <= wide and 0 <= y <= high for x, y, _ in points)
-        # One of both directions is filled, up to the margin of 14 %.
-        spans = [max(p[k] for p in points) - min(p[k] for p in points) for k in (0, 1)]
-        assert max(spans[0] / wide, spans[1] / high) == pytest.approx(0.86, abs=0.01)
+        xs, ys = ([p[k] for p in points] for k in (0, 1))
+        buttons, legend, canvas = shown.run(
+            "return ['.views', '#legend', '#path'].map((one) => document.querySelector(one).getBoundingClientRect().toJSON())"
+        )
+        left, top = legend["left"] - canvas["left"], legend["top"] - canvas["top"]
+        above = buttons["bottom"] - canvas["top"]
+        assert min(xs) >= 0
+        assert min(ys) >= above
+        assert max(xs) <= wide
+        assert max(ys) <= high
+        assert max(xs) <= left or max(ys) <= top
+        # One of both directions is filled, up to the margin of 10 %.
+        filled = [(max(xs) - min(xs)) / each for each in (left, wide)]
+        filled += [(max(ys) - min(ys)) / (each - above) for each in (top, high)]
+        assert any(part == pytest.approx(0.9, abs=0.01) for part in filled)
 
 
 def test_paper_has_tables_and_the_picture(shown: Browser) -> None:

@@ -13,6 +13,8 @@ export class Camera {
     this.centre = [0, 0, 0];
     this.scale = 1;
     this.width = this.height = 1;
+    // What covers the canvas, in pixels: width and height of its lower right corner, and height of its upper edge.
+    this.covered = { right: 0, below: 0, above: 0 };
     this.restored = false;
   }
 
@@ -60,23 +62,49 @@ export class Camera {
   }
 
   /** Fit a box (lowest x y z, highest x y z) into the canvas, with room for what lies over it. */
-  fit(box, margin = 0.86) {
+  fit(box) {
+    const [scale, ...shift] = this.fitting(box);
     for (let k = 0; k < 3; k++) this.centre[k] = (box[k] + box[k + 3]) / 2;
-    this.scale = this.fitting(box, margin);
+    this.scale = scale;
+    this.move(shift, 1);
     this.restored = false;
   }
 
-  /** Return the scale at which a box fits into the canvas. */
-  fitting(box, margin = 0.86) {
-    const { right, up } = this.frame();
+  /** Take the size of the canvas and what covers it; what filled it fills it again. */
+  resize(width, height, covered, box) {
+    const [before, ...old] = box ? this.fitting(box) : [0];
+    Object.assign(this, { width, height, covered });
+    if (!before) return;
+    const [scale, ...shift] = this.fitting(box);
+    this.move(old, -1);
+    this.scale *= scale / before;
+    this.move(shift, 1);
+  }
+
+  /** Move the picture a number of pixels to the left and up, once or back. */
+  move([left, above], way) {
+    this.pan(-way * left, -way * above);
+  }
+
+  /**
+   * Return the scale at which a box fits into the canvas below its covered edge, and how many pixels to the left and up its middle is of that
+   * of the canvas. It is beside or above the covered corner, unless it does not reach that, or half of the picture would be lost.
+   */
+  fitting(box, margin = 0.9) {
+    const { right, up } = this.frame(), { covered } = this, height = this.height - covered.above;
     let wide = 0, high = 0;
     for (let k = 0; k < 3; k++) {
       const half = (box[k + 3] - box[k]) / 2;
       wide += Math.abs(right[k]) * half;
       high += Math.abs(up[k]) * half;
     }
-    const least = 1e-3;
-    return margin * Math.min(this.width / (2 * Math.max(wide, least)), this.height / (2 * Math.max(high, least)));
+    [wide, high] = [Math.max(wide, 1e-3), Math.max(high, 1e-3)];
+    const within = (x, y) => [margin * Math.min((this.width - x) / (2 * wide), (height - y) / (2 * high)), x / 2, (y - covered.above) / 2];
+    const whole = within(0, 0), beside = within(covered.right, 0), above = within(0, covered.below);
+    const reached = wide * whole[0] > this.width / 2 - covered.right && high * whole[0] > height / 2 - covered.below;
+    if (!reached) return whole;
+    const best = beside[0] > above[0] ? beside : above;
+    return best[0] > whole[0] / 2 ? best : whole;
   }
 
   /** Return the matrix from space to clip coordinates, by columns, for points within a radius of the centre. */

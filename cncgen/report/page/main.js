@@ -37,6 +37,7 @@ class Page {
     this.scene = new Scene($("path"), this.theme, { parts: this.parts.length, turned: this.part.header.turned });
     this.overlay = new Overlay($("over"), this.scene);
     this.scene.onframe = () => this.overlay.draw();
+    this.scene.covered = covered;
     this.charts = new Charts($("charts"), this.theme, {
       hover: (row) => this.setHover(row),
       seek: (row) => this.seek(row),
@@ -96,10 +97,10 @@ class Page {
     if (part !== this.part) return;
     $("message").hidden = true;
     this.scene.resize();
-    if (!this.settings.v || !this.scene.camera.restore(this.settings.v)) this.scene.camera.fit(this.scene.box);
     this.fillColours();
     this.setColour(this.settings.c ?? "feed");
     this.makeMarks();
+    if (!this.settings.v || !this.scene.camera.restore(this.settings.v)) this.scene.fit();
     // First a coarse path, so that a long one is seen at once; the rest follows.
     this.scene.request(true);
     this.scene.draw();
@@ -147,7 +148,7 @@ class Page {
   restore(hash) {
     const settings = (this.settings = parsed(hash)), { scene, charts } = this;
     if (settings.theme) this.setTheme(settings.theme);
-    if (!settings.v || !scene.camera.restore(settings.v)) scene.camera.fit(scene.box);
+    if (!settings.v || !scene.camera.restore(settings.v)) this.scene.fit();
     scene.request(true);
     this.setColour(settings.c ?? "feed");
     this.makeMarks();
@@ -599,7 +600,7 @@ class Page {
   look(name) {
     const { camera } = this.scene;
     if (name !== "fit") camera.look(name);
-    camera.fit(this.scene.box);
+    this.scene.fit();
     this.scene.request(true);
     this.remember();
   }
@@ -666,6 +667,13 @@ class Page {
     for (const layer of [canvas, $("over")]) g.drawImage(layer, 0, 0);
     $("printed").src = sheet.toDataURL();
   }
+}
+
+/** Return what covers the path, in pixels: the buttons its upper edge, and the legend its lower right corner. */
+function covered() {
+  const legend = $("legend"), { clientWidth: width, clientHeight: height } = $("stage"), views = document.querySelector(".views");
+  const [right, below] = legend.childElementCount ? [width - legend.offsetLeft, height - legend.offsetTop] : [0, 0];
+  return { right, below, above: views.offsetTop + views.offsetHeight };
 }
 
 function decimalsOf(period) {

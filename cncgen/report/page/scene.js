@@ -26,6 +26,7 @@ export class Scene {
     this.coarsePoints = Math.floor(COARSE_POINTS / parts);
     this.highlight = null;
     this.onframe = () => {};
+    this.covered = () => this.camera.covered;
     this.pending = false;
     this.moving = false;
     this.showRapids = this.showSurface = true;
@@ -135,6 +136,12 @@ export class Scene {
     });
   }
 
+  /** Show the whole path. */
+  fit() {
+    this.camera.covered = this.covered();
+    this.camera.fit(this.box);
+  }
+
   /** Take the size of the canvas; what filled it fills it again. */
   resize() {
     const paper = document.documentElement.classList.contains("paper");
@@ -144,11 +151,9 @@ export class Scene {
     const size = [width, height].map((one) => Math.round(one * ratio));
     if (size[0] === this.canvas.width && size[1] === this.canvas.height && this.ratio === ratio) return;
     [this.canvas.width, this.canvas.height] = size;
-    const before = this.box && this.camera.fitting(this.box);
-    this.camera.width = width;
-    this.camera.height = height;
     // A scale from a link is of the canvas as it is, not of one that a frame has not laid out yet.
-    if (before && (this.ratio || !this.camera.restored)) this.camera.scale *= this.camera.fitting(this.box) / before;
+    const kept = this.box && (this.ratio || !this.camera.restored);
+    this.camera.resize(width, height, this.covered(), kept ? this.box : null);
     this.ratio = ratio;
     this.request(true);
     // A canvas of a new size is empty, and may be shown before the next frame.

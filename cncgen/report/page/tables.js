@@ -98,10 +98,13 @@ export function answers(part, show) {
     button.addEventListener("click", act);
     return button;
   };
-  const lost = places.slice(0, ANSWERS).map((place) => {
-    const row = part.rowAt(place.t_s);
-    return answer(placeName(part, row, place.source, place.line), brief(place.lost_s), () => show.place(row));
-  });
+  const names = new Set();
+  const lost = [];
+  for (const place of places) {
+    const row = part.rowAt(place.t_s), name = placeName(part, row, place.source, place.line);
+    if (names.size < ANSWERS && !names.has(name)) lost.push(answer(name, brief(place.lost_s), () => show.place(row)));
+    names.add(name);
+  }
   // A stop is an event: the split of the time tells it.
   const limits = part.run.limit ? limitKinds(part).filter(({ name, seconds }) => seconds > 0 && !/^(stop|nothing)$/.test(name)) : [];
   const held = limits.slice(0, ANSWERS).map(({ name, seconds }) => answer(name, share(seconds / (part.seconds || 1)), show.limits));
