@@ -50,6 +50,11 @@ def foreign_names(group: str) -> tuple[str, ...]:
     return tuple(sorted({point.name for point in entry_points(group=group)}))
 
 
+def one_of(name: str, own: tuple[str, ...], group: str) -> str:
+    """Say that a name is none of ours and none that packages bring."""
+    return f"{name!r} is not one of {', '.join((*own, *foreign_names(group)))}"
+
+
 def is_format(name: str) -> bool:
     """Tell whether a format of setpoints has this name."""
     return name in FORMATS or name in foreign_names(FORMAT_GROUP)

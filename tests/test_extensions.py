@@ -49,6 +49,7 @@ broken = brought.not_there
 [cncgen.dialects]
 shopfloor = brought.shopfloor
 short = brought.short
+lost = brought.lost
 """
 PROGRAM = "G21 G90 G61 F1200\nRAPID X1\nCUT X10 Y5\nM2\n"
 
@@ -62,6 +63,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "brought" / "semicolons.py").write_text(FORMAT)
     (folder / "brought" / "shopfloor.py").write_text(DIALECT)
     (folder / "brought" / "short.py").write_text("BASE = 'fanuc'\ndef translated(text):\n    return ''\n")
+    (folder / "brought" / "lost.py").write_text("BASE = 'nosuch'\ndef translated(text):\n    return text\n")
     about = folder / "brought-1.0.dist-info"
     about.mkdir()
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: brought\nVersion: 1.0\n")
@@ -110,6 +112,9 @@ def test_a_dialect_of_others_keeps_the_lines_of_the_program(site: Path) -> None:
     [
         ("plan part.nc --dialect shopfloor -o part.broken", "cannot be loaded"),
         ("check part.nc --dialect short", "must have the lines of the program"),
+        ("check part.nc --dialect lost", "brought.lost: BASE = 'nosuch' is not one of"),
+        ("check part.nc --dialect shopflor", "'shopfloor'"),
+        ("plan part.nc --dialect shopfloor -o - --format simi", "'semi'"),
     ],
 )
 def test_faults_of_a_package_are_named(site: Path, line: str, wanted: str) -> None:
@@ -117,6 +122,20 @@ def test_faults_of_a_package_are_named(site: Path, line: str, wanted: str) -> No
     assert found.returncode == 2
     assert wanted in found.stderr
     assert "internal error" not in found.stderr
+
+
+def test_the_library_names_what_packages_bring(site: Path) -> None:
+    calls = (
+        "cncgen.read_text('G0 X1', dialect='shopflor')",
+        "cncgen.write(cncgen.sample(cncgen.plan(cncgen.read_text('G21 G90 F600\\nG1 X1'), 'xy-table')), 'a.csv', format='simi')",
+    )
+    for call, wanted in zip(calls, ("shopfloor", "semi"), strict=True):
+        script = f"import cncgen\ntry:\n    {call}\nexcept cncgen.CncgenError as error:\n    print(error)"
+        done = subprocess.run(
+            [sys.executable, "-c", script], cwd=site, env=os.environ | {"PYTHONPATH": str(site)}, capture_output=True, text=True, timeout=120, check=True
+        )  # fmt: skip
+        assert "is not one of" in done.stdout
+        assert wanted in done.stdout
 
 
 def test_without_the_package_its_names_are_unknown(site: Path) -> None:

@@ -164,8 +164,11 @@ class NamedChoice(click.Choice[str]):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Return the word, or fail as click does; entry points are searched if it is not one of ours."""
-        if value not in self.choices and value in foreign_names(self._group):
-            return str(value)
+        if value not in self.choices:
+            brought = foreign_names(self._group)
+            if value in brought:
+                return str(value)
+            return str(click.Choice((*self.choices, *brought)).convert(value, param, ctx))
         return str(super().convert(value, param, ctx))
 
 

@@ -12,7 +12,7 @@ from types import ModuleType
 
 from cncgen.arguments import declared, expect, expect_fields, expect_path, wrong
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
-from cncgen.extensions import DIALECT_GROUP, foreign_module, is_brought, part_of
+from cncgen.extensions import DIALECT_GROUP, foreign_module, is_brought, one_of, part_of
 from cncgen.files import STANDARD, open_input, peeked
 from cncgen.pipeline.file_kinds import SUFFIXES, holds_setpoints, language_of, other_kind
 from cncgen.records import replace
@@ -174,11 +174,14 @@ def _in_own_dialect(
     ):
         return file, _reading(options)
     if not is_brought(DIALECT_GROUP, options.dialect):
-        return file, _reading(options)
+        raise wrong(f"dialect = {one_of(options.dialect, DIALECTS, DIALECT_GROUP)}")
     module = foreign_module(DIALECT_GROUP, options.dialect)
-    base = str(part_of(module, "BASE", "say which dialect it translates to"))
+    base = part_of(module, "BASE", "say which dialect it translates to")
+    if base not in DIALECTS:
+        said = f"{module.__name__}: BASE = {base!r} is not one of {', '.join(DIALECTS)}"
+        raise UsageError(Diagnostic("extension", said))
     translated = part_of(module, "translated", "translate programs")
-    how = _reading(replace(options, dialect=base))
+    how = _reading(replace(options, dialect=str(base)))
     with open(file, "rb") if isinstance(file, str) else nullcontext(file) as stream:
         content = stream.read()
     text = content.decode(errors="surrogateescape")

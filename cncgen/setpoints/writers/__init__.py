@@ -18,6 +18,7 @@ from cncgen.extensions import (
     foreign_module,
     foreign_names,
     is_format,
+    one_of,
     part_of,
 )
 from cncgen.files import Sink
@@ -69,7 +70,7 @@ def open_writer(name: str, sink: Sink, layout: Layout) -> Writer:
         UsageError: The format is unknown, needs a package that is missing, or data that the machine lacks.
     """
     if not is_format(name):
-        raise UsageError(Diagnostic("option-value", f"format {name!r} is not one of {', '.join(FORMATS)}"))
+        raise UsageError(Diagnostic("option-value", f"format {one_of(name, FORMATS, FORMAT_GROUP)}"))
     if name in FORMATS:
         module = importlib.import_module(f"cncgen.setpoints.writers.{name.replace('-', '_')}")
     else:
