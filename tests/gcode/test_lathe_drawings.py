@@ -203,6 +203,25 @@ def test_a_traverse_at_the_end_of_a_profile_that_goes_back_is_not_roughed() -> N
     assert outcome(f"{head}{profile}N2 G1 Z2.")[1][0][0] == "profile-not-monotonic"
 
 
+@pytest.mark.parametrize(
+    ("cycle", "profile"),
+    [
+        ("G71 U2. R.5\nG71", "N1 G0 X{first}.\nN2 G1 X{last}. Z{end}."),
+        ("G72 W2. R.5\nG72", "N1 G0 Z{end}.\nN2 G1 X{first}. Z0."),
+    ],
+)
+@pytest.mark.parametrize(("start", "first", "last", "side"), [(60, 20, 50, 1), (10, 50, 20, -1)])
+@pytest.mark.parametrize("way", [1, -1])
+@pytest.mark.parametrize(("u", "w"), [(1, 1), (1, -1), (-1, 1), (-1, -1)])
+def test_an_allowance_into_the_part_is_said(
+    cycle: str, profile: str, start: int, first: int, last: int, side: int, way: int, u: int, w: int
+) -> None:
+    """Outside U is positive, inside negative; W is so where cuts begin at the larger Z (B-64304EN-1, the four patterns of ΔU and ΔW)."""
+    lines = profile.format(first=first, last=last, end=-30 * way)
+    text = f"G0 X{start}. Z{2 * way}.\n{cycle} P1 Q2 U{0.4 * u * side:g} W{0.1 * w * way:g} F.2\n{lines}"
+    assert codes(text, "warning") == ["allowance-inside"] * ((u < 0) + (w < 0))
+
+
 def test_g92_s_bounds_the_speed_as_g50_s_does() -> None:
     """G92 S was taken as the speed of the spindle."""
     for word, said in (("G92", ["other-control"]), ("G50", [])):

@@ -155,10 +155,26 @@ def _contour(
     if left_out:
         message = f"the traverse at the end of the profile of {name} goes back: it is taken as the way off, and not roughed"
         ip.warn("profile-way-off", message, "Q", "let Q name the line before it")
+    _check_sides(ip, name, allowance, complex(travel, height), swap)
     here = Segment(start, start)
     top = here.shifted(profile[0].start - moves[0].end)
     begin, home = top.seen(across, swap).start, here.seen(across, swap).start
     return across, begin, home, path, rapid
+
+
+def _check_sides(ip: Interpreter, name: str, allowance: complex, way: complex, swap: bool) -> None:
+    """Warn of an allowance that moves the rough profile into the part; `way` is the travel, and on which side the stock lies."""
+    along, deep = (allowance.imag, allowance.real) if swap else (allowance.real, allowance.imag)
+    letters = "UW" if swap else "WU"
+    for letter, value, inside in zip(
+        letters, (along, deep), (along * way.real, -deep * way.imag), strict=True
+    ):
+        if inside > 0.0:
+            message = (
+                f"{letter} of {name} points into the part: roughing cuts {abs(value):g} mm behind the profile"
+            )
+            hint = f"with the other sign of {letter} that much is left for G70"
+            ip.warn("allowance-inside", message, letter, hint)
 
 
 def _without_compensation(ip: Interpreter, name: str) -> None:
