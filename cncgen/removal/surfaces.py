@@ -187,7 +187,7 @@ def _rectangles(level: Floats, solid: NDArray[np.bool_]) -> tuple[NDArray[np.int
         & (flat[y, first][1:] & flat[y, first][:-1])
     )
     starts = np.flatnonzero(~goes_on)
-    ends = np.append(starts[1:], len(y)) - 1
+    ends = np.append(starts, len(y))[1:] - 1
     return y[starts], y[ends] + 1, first[starts], last[starts] + 1
 
 

@@ -138,10 +138,10 @@ def _uncalled(rest: bytes, before: bytes) -> str:
     if not all(call.isdigit() for call in calls):
         return ""
     # The first digits of P may be the number of times.
-    called = {n for call in calls for n in (int(call), int(call[-4:]))}
+    called = {digits.lstrip(b"0") for call in calls for digits in (call, call[-4:])}
     for number, body in re.findall(_PROGRAM, rest):
         alone = re.search(_MOVES, body) and re.search(_END, body) and not re.search(_SUBPROGRAM, body)
-        if alone and int(number) not in called:
+        if alone and number.lstrip(b"0") not in called:
             return f"O{number.decode()}"
     return ""
 
