@@ -50,9 +50,9 @@ def foreign_names(group: str) -> tuple[str, ...]:
     return tuple(sorted({point.name for point in entry_points(group=group)}))
 
 
-def one_of(name: str, own: tuple[str, ...], group: str) -> str:
-    """Say that a name is none of ours and none that packages bring."""
-    return f"{name!r} is not one of {', '.join((*own, *foreign_names(group)))}"
+def unknown_format(name: str) -> str:
+    """Say that no format of setpoints has this name, and which there are."""
+    return f"format {name!r} is not one of {', '.join((*FORMATS, *foreign_names(FORMAT_GROUP)))}"
 
 
 def is_format(name: str) -> bool:

@@ -44,7 +44,7 @@ def command(
     from pathlib import Path
 
     from cncgen.cli.reading import read_options
-    from cncgen.diagnostics import Diagnostics, json_values
+    from cncgen.diagnostics import Diagnostic, Diagnostics, Severity, json_values
     from cncgen.files import write_text
     from cncgen.pipeline import machine_of
     from cncgen.pipeline.removing import cut
@@ -71,10 +71,23 @@ def command(
     messages.show(said)
     if output:
         from cncgen.files import open_output
-        from cncgen.removal.surfaces import mesh_of, stl_bytes
+        from cncgen.removal.surfaces import EMPTY_BYTES, mesh_of, stl_bytes
 
+        solid = stl_bytes(*mesh_of(removal.stock))
         with open_output(output) as sink:
-            sink.write(stl_bytes(*mesh_of(removal.stock)))
+            sink.write(solid)
+        if len(solid) == EMPTY_BYTES:
+            message = f"nothing is left of the stock: {output} has no triangles"
+            messages.show(
+                [
+                    Diagnostic(
+                        "cut-empty",
+                        message,
+                        Severity.WARNING,
+                        hint="are stock and tools those of the program?",
+                    )
+                ]
+            )
     if picture:
         from cncgen.report.drawing import save
 

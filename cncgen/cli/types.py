@@ -164,12 +164,8 @@ class NamedChoice(click.Choice[str]):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Return the word, or fail as click does; entry points are searched if it is not one of ours."""
-        if value not in self.choices:
-            brought = foreign_names(self._group)
-            if value in brought:
-                return str(value)
-            return str(click.Choice((*self.choices, *brought)).convert(value, param, ctx))
-        return str(super().convert(value, param, ctx))
+        known = self.choices if value in self.choices else (*self.choices, *foreign_names(self._group))
+        return str(click.Choice(known).convert(value, param, ctx))
 
 
 AXES = AxisLetters()

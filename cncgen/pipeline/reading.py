@@ -12,7 +12,7 @@ from types import ModuleType
 
 from cncgen.arguments import declared, expect, expect_fields, expect_path, wrong
 from cncgen.diagnostics import Diagnostic, Diagnostics, ProgramError, UsageError
-from cncgen.extensions import DIALECT_GROUP, foreign_module, is_brought, one_of, part_of
+from cncgen.extensions import DIALECT_GROUP, foreign_module, is_brought, part_of
 from cncgen.files import STANDARD, open_input, peeked
 from cncgen.pipeline.file_kinds import SUFFIXES, holds_setpoints, language_of, other_kind
 from cncgen.records import replace
@@ -174,7 +174,7 @@ def _in_own_dialect(
     ):
         return file, _reading(options)
     if not is_brought(DIALECT_GROUP, options.dialect):
-        raise wrong(f"dialect = {one_of(options.dialect, DIALECTS, DIALECT_GROUP)}")
+        return file, _reading(options)
     module = foreign_module(DIALECT_GROUP, options.dialect)
     base = part_of(module, "BASE", "say which dialect it translates to")
     if base not in DIALECTS:

@@ -13,6 +13,8 @@ from cncgen.removal.record import Dexels, Field, Turned
 Floats = NDArray[np.float64]
 
 _HEAD = b"stock left by cncgen cut".ljust(80, b" ")
+#: Bytes of a binary STL file without triangles.
+EMPTY_BYTES = len(_HEAD) + 4
 
 
 #: Corners of a turned stock in a mesh, round it and along it; round it where they are few.

@@ -103,6 +103,19 @@ class Layout:
                 names.append(PATH_SIGNALS[signal])
         return names
 
+    @property
+    def units(self) -> list[str]:
+        """Units of all columns, ``mm/s^2``; "" for whole numbers."""
+        positions = [file_unit(axis) for axis in self.axes]
+        units = ["s", *positions]
+        for signal in self.signals:
+            if signal in AXIS_SIGNALS:
+                power = AXIS_SIGNALS[signal].removeprefix("_s")
+                units += [f"{unit}/s^{power}" if power else f"{unit}/s" for unit in positions]
+            else:
+                units.append("" if PATH_SIGNALS[signal] in INTEGERS else "mm/s")
+        return units
+
     def matrix(self, chunk: Setpoints) -> Floats:
         """Return the columns of a chunk as numbers in the units of files, shape (n, columns), C order."""
         parts: list[NDArray] = [chunk.time_s[:, None], file_units(chunk.position, self.axes)]

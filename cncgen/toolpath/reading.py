@@ -87,13 +87,19 @@ class ReadOptions:
         """Raise `UsageError` that names every option whose value is not one of those it may have."""
         kinds = ReadOptions.__annotations__
         faults = mistyped({name: getattr(self, name) for name in kinds}, kinds) or [
-            Diagnostic("option-value", f"{name} = {getattr(self, name)!r} is not {wanted}")
+            Diagnostic("option-value", f"{name} = {getattr(self, name)!r} is not {wanted}{_brought(name)}")
             for names, holds, wanted in _RULES
             for name in names
             if not holds(getattr(self, name))
         ]
         if faults:
             raise UsageError(faults)
+
+
+def _brought(name: str) -> str:
+    """Return what packages add to the values of an option that are named: dialects."""
+    names = extensions.foreign_names(extensions.DIALECT_GROUP) if name == "dialect" else ()
+    return "".join(f", {each}" for each in names)
 
 
 def _is_count(value: object) -> bool:

@@ -222,6 +222,13 @@ def test_an_allowance_into_the_part_is_said(
     assert codes(text, "warning") == ["allowance-inside"] * ((u < 0) + (w < 0))
 
 
+def test_an_allowance_in_inches_is_said_in_mm() -> None:
+    """U is a diameter: half of 0.04 inch are 0.508 mm."""
+    text = "G20\nG0 X2. Z.1\nG71 U.1 R.05\nG71 P1 Q2 U-.04 W.01 F.01\nN1 G0 X1.\nN2 G1 X2. Z-1."
+    (found,) = [d for d in outcome(text)[2].diagnostics if d.severity == "warning"]
+    assert "0.508 mm" in found.message
+
+
 def test_g92_s_bounds_the_speed_as_g50_s_does() -> None:
     """G92 S was taken as the speed of the spindle."""
     for word, said in (("G92", ["other-control"]), ("G50", [])):

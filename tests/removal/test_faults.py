@@ -156,6 +156,16 @@ def test_gcode_is_cut_with_the_diameters_of_the_tool_table(tmp_path):
     assert picture.stat().st_size > 1000
 
 
+@pytest.mark.parametrize("stock", ["box:0,0,-4,10,10,0", "cylinder:5,5,10,-4,0"])
+def test_a_stock_of_which_nothing_is_left_has_no_triangles(stock, tmp_path, capsys):
+    """The last four of 84 bytes of a binary STL count triangles; they were an internal error."""
+    program, stl = tmp_path / "p.ngc", tmp_path / "r.stl"
+    program.write_text("G21 G90 S1000 M3\nG0 X-20 Y5 Z5\nG1 Z-5 F1000\nX30\nM2\n")
+    assert command(["cut", str(program), "--stock", stock, "--tool", "*=flat:30", "-o", str(stl)]) == 0
+    assert stl.read_bytes()[80:] == bytes(4)
+    assert "warning[cut-empty]" in capsys.readouterr().err
+
+
 def test_a_rapid_of_gcode_into_stock_ends_with_exit_1(tmp_path, capsys):
     program = tmp_path / "p.ngc"
     program.write_text("G21 G90 S1000 M3\nG0 X-10 Y15 Z5\nG0 Z-2\nG0 X50\nM2\n")

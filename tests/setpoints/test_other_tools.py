@@ -154,6 +154,25 @@ def test_mf4_by_asammdf(tmp_path: Path) -> None:
         assert '"machine": "mill"' in html.unescape(read.header.comment)
 
 
+def test_mf4_says_the_unit_of_each_channel(tmp_path: Path) -> None:
+    """As docs/formats.md has them: the units of velocity and feed once were the end of the column's name, "s"."""
+    asammdf = pytest.importorskip("asammdf")
+    signals = {name: np.ones((3, 2)) for name in ("vel", "acc", "jerk")}
+    signals |= {name: np.ones(3) for name in ("feed", "programmed", "line", "limit", "source")}
+    part = Setpoints("XA", 0.001, 0, np.ones((3, 2)), signals=signals)
+    with open_output(tmp_path / "a.mf4") as sink:
+        writer = open_writer("mf4", sink, Layout("XA", 0.001, tuple(signals)))
+        writer.write(part)
+        writer.close()
+    wanted = {
+        "x_mm": "mm", "a_deg": "deg", "x_vel_mm_s": "mm/s", "a_vel_deg_s": "deg/s", "x_acc_mm_s2": "mm/s^2", "a_acc_deg_s2": "deg/s^2",
+        "x_jerk_mm_s3": "mm/s^3", "a_jerk_deg_s3": "deg/s^3", "feed_mm_s": "mm/s", "programmed_feed_mm_s": "mm/s",
+        "line": "", "limit": "", "source": "",
+    }  # fmt: skip
+    with asammdf.MDF(tmp_path / "a.mf4") as read:
+        assert {name: read.get(name).unit for name in wanted} == wanted
+
+
 def test_mcap_by_its_own_reader(tmp_path: Path) -> None:
     reading = pytest.importorskip("mcap.reader")
     parts = chunks(20_000)

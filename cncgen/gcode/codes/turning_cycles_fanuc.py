@@ -170,8 +170,9 @@ def _check_sides(ip: Interpreter, name: str, allowance: complex, way: complex, s
         letters, (along, deep), (along * way.real, -deep * way.imag), strict=True
     ):
         if inside > 0.0:
+            behind = abs(value) * ip.state.unit_mm
             message = (
-                f"{letter} of {name} points into the part: roughing cuts {abs(value):g} mm behind the profile"
+                f"{letter} of {name} points into the part: roughing cuts {behind:g} mm behind the profile"
             )
             hint = f"with the other sign of {letter} that much is left for G70"
             ip.warn("allowance-inside", message, letter, hint)

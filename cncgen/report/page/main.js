@@ -148,7 +148,7 @@ class Page {
   restore(hash) {
     const settings = (this.settings = parsed(hash)), { scene, charts } = this;
     if (settings.theme) this.setTheme(settings.theme);
-    if (!settings.v || !scene.camera.restore(settings.v)) this.scene.fit();
+    if (!settings.v || !scene.camera.restore(settings.v)) scene.fit();
     scene.request(true);
     this.setColour(settings.c ?? "feed");
     this.makeMarks();

@@ -12,7 +12,15 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 from cncgen.diagnostics import Diagnostic, UsageError
-from cncgen.extensions import FORMAT_GROUP, FORMATS, SUFFIXES, foreign_module, is_format, one_of, part_of
+from cncgen.extensions import (
+    FORMAT_GROUP,
+    FORMATS,
+    SUFFIXES,
+    foreign_module,
+    is_format,
+    part_of,
+    unknown_format,
+)
 from cncgen.files import STANDARD, STANDARD_INPUT, open_input, peeked
 from cncgen.setpoints.readers.blocks import FileBlock, only, stream_of
 from cncgen.setpoints.stream import SetpointStream
@@ -64,7 +72,7 @@ def open_setpoints(
         head = peeked(file, 8, name)
         kind = format or _format_of(name, head)
         if not is_format(kind):
-            raise UsageError(Diagnostic("option-value", f"format {one_of(kind, FORMATS, FORMAT_GROUP)}"))
+            raise UsageError(Diagnostic("option-value", unknown_format(kind)))
         if kind in FORMATS:
             module = importlib.import_module(f"cncgen.setpoints.readers.{kind.replace('-', '_')}")
         else:

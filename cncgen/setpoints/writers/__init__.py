@@ -18,8 +18,8 @@ from cncgen.extensions import (
     foreign_module,
     foreign_names,
     is_format,
-    one_of,
     part_of,
+    unknown_format,
 )
 from cncgen.files import Sink
 from cncgen.setpoints.columns import Layout
@@ -70,7 +70,7 @@ def open_writer(name: str, sink: Sink, layout: Layout) -> Writer:
         UsageError: The format is unknown, needs a package that is missing, or data that the machine lacks.
     """
     if not is_format(name):
-        raise UsageError(Diagnostic("option-value", f"format {one_of(name, FORMATS, FORMAT_GROUP)}"))
+        raise UsageError(Diagnostic("option-value", unknown_format(name)))
     if name in FORMATS:
         module = importlib.import_module(f"cncgen.setpoints.writers.{name.replace('-', '_')}")
     else:

@@ -41,7 +41,7 @@ class Writer:
         if self._begun:
             self._file.extend(0, [(times, None), *((column, None) for column in columns)])
             return
-        units = [name.rpartition("_")[2] for name in names]
+        units = self._layout.units
         self._file.append(
             [
                 self._asammdf.Signal(column, times, name=name, unit=unit)
