@@ -147,25 +147,20 @@ def _controllers(
     drawn: Perturbation | None,
     reference: WantedMotion | None,
 ) -> tuple[str, dict[str, Any]]:
-    from dataclasses import replace
-
     from cncgen.machine import load_coupling, load_servos
     from cncgen.pipeline import driven_axes
     from cncgen.planner import plan
     from cncgen.report.comparing import compare_controllers, controller_table
     from cncgen.servo.named_schemes import scheme_maker, settings_of
-    from cncgen.servo.wanted_motion import programmed_path, reference_of
+    from cncgen.servo.wanted_motion import wanted_of_program
     from cncgen.setpoints import sample
 
     for name in names:
         scheme_maker(name, {})  # the names, before the plan
     settings = settings_of(load_coupling(source))
-    setpoints = list(sample(plan(toolpaths, machine, options), machine, axes=driven_axes(program, machine)))
-    wanted = reference
-    if wanted is None:
-        wanted = reference_of(program.name, setpoints)
-        path, letters = programmed_path(iter(toolpaths), machine, wanted.axes)
-        wanted = replace(wanted, path=path, path_axes=letters)
+    axes = driven_axes(program, machine)
+    setpoints = list(sample(plan(toolpaths, machine, options), machine, axes=axes, signals=["tool_length"]))
+    wanted = reference or wanted_of_program(program.name, setpoints, toolpaths, machine)
     messages.show(options.unused())
     found = compare_controllers(setpoints, load_servos(source), names, settings, machine.axes, wanted, drawn)
     return controller_table(found, reference is None), {"controllers": found}

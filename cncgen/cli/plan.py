@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     "--signals",
     metavar="LIST",
     default="",
-    help="Further columns: of vel,acc,jerk,feed,line,limit,programmed,source, by commas.",
+    help="Further columns: of vel,acc,jerk,feed,line,limit,programmed,source,tool_length, by commas.",
 )
 @click.option(
     "--events", metavar="FILE", type=FILE, help="Write events (spindle, tool, dwell ...) as JSON lines."

@@ -108,6 +108,7 @@ def _planned_or_read(
     """Return the data of setpoints, whose format, axes and period may be `given`, or of the plan of a program."""
     from cncgen import pipeline
     from cncgen.cli.reading import is_setpoint_file, planned, planning_machine, reference_of, tell_of_unused
+    from cncgen.machine.kinematics import mechanism_of
     from cncgen.report.plot_data import against, of_response, of_setpoints
     from cncgen.servo.stream import driven
     from cncgen.setpoints.readers import open_setpoints
@@ -128,16 +129,15 @@ def _planned_or_read(
         found = pipeline.machine_of(machine)
         servos = pipeline.servos_of(planning["axis_params"] or found)
         with planned(source, reading, planning, machine) as plan:
-            chunks = list(driven(pipeline.sample(_noting(plan, corners)).chunks, found.axes))
+            rows = pipeline.sample(_noting(plan, corners), ["tool_length"])
+            chunks = list(driven(rows.chunks, found.axes))
     title = _title(source, found.name)
     data = of_setpoints(iter(chunks), title, found.axes, corners)
     if not all(letter in servos for letter in data.axes):
         if reference is not None:
             raise click.UsageError("--reference judges a simulation: give the servo data with --axis-params")
         return data
-    from cncgen.servo.simulate import simulate
-
-    responses = list(simulate(iter(chunks), servos))
+    responses = list(pipeline.simulate(iter(chunks), servos, kinematics=mechanism_of(found)))
     shown = of_response(iter(responses), title, found.axes, servos, data.corners)
     if reference is None:
         return shown

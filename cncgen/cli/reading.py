@@ -151,10 +151,8 @@ def reference_of(name: str, machine: str, planning: dict[str, Any], reading: dic
         machine: A profile's name or a TOML file.
         planning, reading: The values that `planning_options` and `program_options` gathered.
     """
-    from dataclasses import replace
-
     from cncgen.pipeline import machine_of, plan, sample, sound
-    from cncgen.servo.wanted_motion import programmed_path, reference_of
+    from cncgen.servo.wanted_motion import reference_of, wanted_of_program
     from cncgen.setpoints.readers import open_setpoints
 
     if is_setpoint_file(name):
@@ -162,10 +160,9 @@ def reference_of(name: str, machine: str, planning: dict[str, Any], reading: dic
             return reference_of(name, stream.chunks)
     tolerance = planning["path_tolerance"]
     with opened(name, reading, tolerance, machine) as program:
-        wanted = reference_of(name, sample(plan(program, machine, plan_options(planning))).chunks)
+        planned = sample(plan(program, machine, plan_options(planning)), ["tool_length"]).collect()
     with opened(name, reading, tolerance, machine) as again:
-        path, letters = programmed_path(sound(again), machine_of(machine), wanted.axes)
-    return replace(wanted, path=path, path_axes=letters)
+        return wanted_of_program(name, [planned], sound(again), machine_of(machine))
 
 
 def _given(names: Iterable[str]) -> list[str]:

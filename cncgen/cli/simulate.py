@@ -27,6 +27,7 @@ from cncgen.cli.options import (
 from cncgen.cli.types import FILE
 
 if TYPE_CHECKING:
+    from cncgen.machine.kinematics import Kinematics
     from cncgen.servo.record import Response
     from cncgen.servo.uncertainty import Perturbation
     from cncgen.servo.wanted_motion import WantedMotion
@@ -89,7 +90,8 @@ def command(
     from cncgen.cli.reading import is_setpoint_file, perturbation_of, reference_of, tell_of_unused
     from cncgen.cli.writing import check_response_name
     from cncgen.files import is_terminal, open_output
-    from cncgen.pipeline import simulate
+    from cncgen.machine.kinematics import mechanism_of
+    from cncgen.pipeline import machine_of, simulate
     from cncgen.report.response import as_text
     from cncgen.servo.response_csv import written
     from cncgen.servo.summary import ResponseSummary, watched
@@ -109,6 +111,7 @@ def command(
         return
     check_response_name(output)
     drawn = perturbation_of(uncertainty)
+    kinematics = mechanism_of(machine_of(machine))
     wanted = None if reference is None else reference_of(reference, machine, planning, reading)
     kept: list[Response] | None = None if wanted is None and drawn is None else []
     servos = planning["axis_params"] or machine
@@ -116,7 +119,8 @@ def command(
     if wanted is None and (format or source == "-" or is_setpoint_file(source)):
         tell_of_unused(source, planning, reading)
     with _setpoints(source, machine, planning, (format, axes, period), reading) as stream:
-        responses = watched(simulate(stream, servos, controller=controller, settle_s=settle), watch)
+        responses = simulate(stream, servos, controller=controller, settle_s=settle, kinematics=kinematics)
+        responses = watched(responses, watch)
         responses = _keeping(responses, kept)
         if output is None and is_terminal(sys.stdout):
             _draw(responses)
@@ -133,7 +137,7 @@ def command(
         **watch.as_dict(),
     }
     if kept:
-        result |= _more(kept, wanted, drawn, (servos, controller))
+        result |= _more(kept, wanted, drawn, (servos, controller), kinematics)
     write_summary(summary, result)
     messages.note(as_text(result))
 
@@ -147,7 +151,11 @@ def _keeping(responses: Iterator[Response], kept: list[Response] | None) -> Iter
 
 
 def _more(
-    kept: list[Response], wanted: WantedMotion | None, drawn: Perturbation | None, how: tuple[str, str]
+    kept: list[Response],
+    wanted: WantedMotion | None,
+    drawn: Perturbation | None,
+    how: tuple[str, str],
+    kinematics: Kinematics | None,
 ) -> dict[str, Any]:
     """Return errors against the wanted motion, and figures of drawn machines; `how` are servo data and controller."""
     from cncgen.pipeline import coupling_of, servos_of
@@ -176,11 +184,18 @@ def _more(
         return figures
 
     servos, controller = how
-    rows = [Setpoints(r.axes, r.period_s, r.first, r.command) for r in kept]
+    rows = [Setpoints(r.axes, r.period_s, r.first, r.command, _length_of(r)) for r in kept]
     figures = drawn_figures(rows, servos_of(servos), drawn, controller=controller,
-                            settings=settings_of(coupling_of(servos)), judge=judge)  # fmt: skip
+                            settings=settings_of(coupling_of(servos)), judge=judge,
+                            kinematics=kinematics)  # fmt: skip
     found["perturbed"] = spread_values(figures, drawn)
     return found
+
+
+def _length_of(response: Response) -> dict[str, Any]:
+    """Return the signal of a response's setpoints by which the tip of the tool is followed, where it was."""
+    lengths = response.tool_length_mm
+    return {} if lengths is None else {"tool_length": lengths}
 
 
 def _export(
@@ -231,4 +246,4 @@ def _setpoints(
             yield stream
         return
     with planned(source, reading, planning, planning_machine(machine, planning)) as plan:
-        yield sample(plan)
+        yield sample(plan, ["tool_length"])

@@ -102,6 +102,7 @@ def _program(
             options.tolerance_mm,
             degrees_count=language_of(choice.dialect) == "fanuc",
             tips=options.tool_tips,
+            tells_lengths=options.tool_tips or options.kinematics is not None,
             shown=moving,
         )
         handed = False

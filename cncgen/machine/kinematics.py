@@ -34,6 +34,10 @@ from typing import Any
 
 from cncgen.machine.settings_schema import KINEMATICS, check
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from cncgen.machine.record import Machine
+
 Vector = tuple[float, float, float]
 _TOLERANCE_MM = 0.001
 _SPINDLE: Vector = (0.0, 0.0, 1.0)
@@ -219,6 +223,16 @@ def _beside_axis(vector: Vector, column: int) -> float:
     """Return the square of the distance from X, Y or Z (columns 3, 4, 5)."""
     first, second = _PLANES[column - _A]
     return vector[first] * vector[first] + vector[second] * vector[second]
+
+
+def mechanism_of(machine: Machine) -> Kinematics | None:
+    """Return how the rotary axes of a machine carry table or head; None where it does not say.
+
+    Raises:
+        UsageError: See `kinematics_of`.
+    """
+    table = machine.settings.get("kinematics")
+    return None if table is None else kinematics_of(table)
 
 
 def kinematics_of(table: Mapping[str, Any]) -> Kinematics:

@@ -103,9 +103,9 @@ def options_on(machine: Machine, options: ReadOptions | None = None) -> ReadOpti
         ]
         how = replace(how, travel=tuple(travel))
     if "kinematics" in machine.settings:
-        from cncgen.machine.kinematics import kinematics_of
+        from cncgen.machine.kinematics import mechanism_of
 
-        how = replace(how, kinematics=kinematics_of(machine.settings["kinematics"]))
+        how = replace(how, kinematics=mechanism_of(machine))
     if "interpreter" in machine.settings:
         from cncgen.gcode.state.settings import interpreter_settings
 

@@ -394,7 +394,7 @@ class _Run:
         watched = self.recording.over_trajectories(self.summary.over_trajectories(trajectories))
         # The velocities of strategies that keep no limit of an axis jump, which their own derivatives do not show.
         signals = [name for name in SIGNALS if how.keeps_limits or name not in ("acc", "jerk")]
-        stream = sample(Plan(program, machine, watched, how.keeps_limits, how), signals)
+        stream = sample(Plan(program, machine, watched, how.keeps_limits, how), [*signals, "tool_length"])
         chunks = stream.chunks if how.keeps_limits else differenced(stream.chunks)
         self._chunks = self.recording.over_setpoints(self.summary.over_setpoints(chunks))
 

@@ -34,6 +34,7 @@ from cncgen.units import AXIS_LETTERS
 
 if TYPE_CHECKING:
     from cncgen.machine import Machine, Servo
+    from cncgen.machine.kinematics import Kinematics
     from cncgen.planner import PlanOptions
     from cncgen.report.shortening import PlannedTimes, Shortening
     from cncgen.servo.record import Response
@@ -55,6 +56,7 @@ def simulate(
     *,
     controller: str = "p",
     settle_s: float = 0.0,
+    kinematics: Kinematics | None = None,
 ) -> Iterator[Response]:
     """Simulate the servo axes of a machine under setpoints.
 
@@ -65,6 +67,8 @@ def simulate(
         controller: ``p`` (each axis under its own controller) or another of `cncgen.servo.named_schemes.NAMES`, with the gains
             of the machine's ``[coupling]`` table, if it has one.
         settle_s: How long the last setpoint is held at the end, s, up to `LONGEST_SETTLE_S`.
+        kinematics: How rotary axes carry table or head; None: as `machine` has it. Of a plan, or of setpoints with the signal
+            ``tool_length``, contour errors are those of the tool's tip on the workpiece then.
 
     Returns:
         `cncgen.servo.record.Response`, chunk by chunk as they are drawn: ``position``, ``force`` (n, axes) and
@@ -80,12 +84,27 @@ def simulate(
     from cncgen.servo.stream import driven
 
     settle_s = expect_number(settle_s, "settle_s", high=LONGEST_SETTLE_S)
-    chunks = _some(_chunks_of(setpoints))
     servos = servos_of(machine)
+    mechanism = kinematics or _kinematics_of(machine)
+    if mechanism and isinstance(setpoints, Plan):
+        setpoints = sample(setpoints, ["tool_length"])
+    chunks = _some(_chunks_of(setpoints))
     made = telling(scheme_maker(controller, servos, settings_of(coupling_of(machine))))
     if not isinstance(machine, Mapping):
         chunks = driven(chunks, known_axes(machine, servos))
-    return simulate_scheme(chunks, made, settle_s=settle_s)
+    return simulate_scheme(chunks, made, settle_s=settle_s, kinematics=mechanism)
+
+
+def _kinematics_of(machine: Machine | Mapping[str, Servo] | str | os.PathLike[str]) -> Kinematics | None:
+    """Return how the rotary axes of a machine carry table or head; None where that is not said, as of servo data alone."""
+    from cncgen.machine.kinematics import mechanism_of
+    from cncgen.machine.shipped import has_limits
+
+    if isinstance(machine, Mapping) or (
+        isinstance(machine, str | os.PathLike) and not has_limits(str(machine))
+    ):
+        return None
+    return mechanism_of(machine_of(machine))
 
 
 def known_axes(machine: Machine | str | os.PathLike[str], servos: Mapping[str, Servo]) -> frozenset[str]:

@@ -176,18 +176,21 @@ def compare_controllers(
         UsageError: A name is unknown, an axis has no servo data, or no controller can be had.
     """
     makers = [scheme_maker(name, servos, settings) for name in names]
+    mechanism = None if wanted is None else wanted.kinematics
     found: list[dict[str, Any]] = []
     first: UsageError | None = None
     for name, maker in zip(names, makers, strict=True):
         try:
-            responses = list(simulate_scheme(iter(setpoints), telling(maker)))
+            responses = list(simulate_scheme(iter(setpoints), telling(maker), kinematics=mechanism))
             summary = {"controller": name, **summarize(responses)}
             if limits is not None:
                 summary["breaks"] = _breaks(setpoints, maker, limits)
             if wanted is not None:
                 summary["reference"] = judged_against(wanted, responses)
             if drawn is not None:
-                figures = drawn_figures(setpoints, servos, drawn, controller=name, settings=settings)
+                figures = drawn_figures(
+                    setpoints, servos, drawn, controller=name, settings=settings, kinematics=mechanism
+                )
                 summary["perturbed"] = spread_values(figures, drawn)
             found.append(summary)
         except UsageError as error:

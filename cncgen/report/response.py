@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from cncgen.report.tables import counted
-from cncgen.servo.simulate import contour_axes
 from cncgen.units import file_unit
 
 
@@ -23,25 +22,26 @@ def as_text(summary: dict[str, Any]) -> str:
         )
     if summary["contour_error_max_mm"] is not None:
         lines.append(
-            f"contour error{_measured(summary)} rms {1000 * summary['contour_error_rms_mm']:.3f}, "
+            f"contour error{_measured(summary, len(summary['axes']))} rms {1000 * summary['contour_error_rms_mm']:.3f}, "
             f"max {1000 * summary['contour_error_max_mm']:.3f} µm at {summary['contour_error_max_t_s']:.4f} s; "
             f"speed variation {summary['speed_variation_mm_s']:.4f} mm/s"
         )
     if "reference" in summary:
-        lines.append(_reference_line(summary["reference"]))
+        lines.append(_reference_line(summary["reference"], len(summary["axes"])))
     if "perturbed" in summary:
         lines += _spread_lines(summary["perturbed"])
     return "\n".join(lines)
 
 
-def _measured(summary: dict[str, Any]) -> str:
-    """Name the axes that the contour error is measured in where others move too, whose errors a tool's tip may follow."""
-    letters = "".join(summary["axes"]).upper()
-    measured = [letters[k] for k in contour_axes(letters)]
-    return f" of {' '.join(measured)} alone" if len(measured) < len(letters) else ""
+def _measured(found: dict[str, Any], axes: int) -> str:
+    """Name what the contour error is measured of where other axes move too, whose errors a tool's tip may follow."""
+    measured = found["contour_error_of"]
+    if measured == "tip":
+        return " of the tip on the workpiece"
+    return f" of {' '.join(measured)} alone" if len(measured) < axes else ""
 
 
-def _reference_line(found: dict[str, Any]) -> str:
+def _reference_line(found: dict[str, Any], axes: int) -> str:
     """Return the errors against the wanted motion."""
     unit = "mm" if "tracking_max_mm" in found else "deg"
     thousandth = "µm" if unit == "mm" else "mdeg"
@@ -49,7 +49,7 @@ def _reference_line(found: dict[str, Any]) -> str:
     parts = [f"against {found['name']}{late}:"]
     if found["contour_error_max_mm"] is not None:
         parts.append(
-            f"contour error rms {1000 * found['contour_error_rms_mm']:.3f}, max {1000 * found['contour_error_max_mm']:.3f} µm"
+            f"contour error{_measured(found, axes)} rms {1000 * found['contour_error_rms_mm']:.3f}, max {1000 * found['contour_error_max_mm']:.3f} µm"
             f" at {found['contour_error_max_t_s']:.4f} s;"
         )
     rms, largest = 1000 * found[f"tracking_rms_{unit}"], 1000 * found[f"tracking_max_{unit}"]

@@ -26,6 +26,8 @@ class Response:
         force_unit: Unit of each column of `force` (``V``, ``N·m``, ``mm/s`` …).
         saturated: Shape (n, axes), bool.
         contour_error_mm: Shape (n,): distance of the position from the commanded path, unsigned.
+        tool_length_mm: Shape (n,): the offset of the tool along the spindle, if contour errors are those of its tip on the workpiece;
+            None: they are those of X Y Z (U V W without them).
     """
 
     axes: str
@@ -37,6 +39,7 @@ class Response:
     force_unit: tuple[str, ...]
     saturated: NDArray[np.bool_]
     contour_error_mm: Floats
+    tool_length_mm: Floats | None = None
 
     def __len__(self) -> int:
         return len(self.position)

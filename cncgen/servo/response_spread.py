@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import UsageError
+from cncgen.machine.kinematics import Kinematics
 from cncgen.machine.record import Servo
 from cncgen.servo.named_schemes import Settings, scheme_maker
 from cncgen.servo.record import Response
@@ -35,6 +36,7 @@ def drawn_figures(
     settings: Settings | None = None,
     settle_s: float = 0.0,
     judge: Callable[[Sequence[Response]], Figures] | None = None,
+    kinematics: Kinematics | None = None,
 ) -> dict[str, Floats]:
     """Return figures of drawn machines by name, shape (draws,) each; inf where the machine is unstable.
 
@@ -44,7 +46,7 @@ def drawn_figures(
         setpoints: The motion.
         servos: Nominal servo data by axis.
         perturbation: How uncertain they are.
-        controller, settings, settle_s: As of `cncgen.simulate`.
+        controller, settings, settle_s, kinematics: As of `cncgen.simulate`.
         judge: From a response to figures; None: `figures_of_response`.
 
     Raises:
@@ -56,7 +58,9 @@ def drawn_figures(
     for drawn in perturbed(servos, head.axes, perturbation):
         try:
             scheme = _with_loops(nominal, scheme_maker(controller, drawn, settings)(head.axes, head.period_s))
-            responses = list(simulate_scheme(iter(setpoints), scheme, settle_s=settle_s))
+            responses = list(
+                simulate_scheme(iter(setpoints), scheme, settle_s=settle_s, kinematics=kinematics)
+            )
             found.append((judge or figures_of_response)(responses))
         except UsageError:
             found.append(None)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cncgen.diagnostics import Diagnostic, UsageError
+from cncgen.machine.kinematics import Kinematics
 from cncgen.machine.record import Servo
 from cncgen.servo.bank import LoopBank
 from cncgen.servo.contour import ContourTracker
@@ -17,6 +18,7 @@ from cncgen.servo.models import axis_loop
 from cncgen.servo.record import Response
 from cncgen.servo.scheme import Scheme, SchemeMaker
 from cncgen.servo.stream import SampleBlock, blocks, missing_data
+from cncgen.servo.tips import TipTracker
 from cncgen.setpoints.record import Setpoints
 
 Floats = NDArray[np.float64]
@@ -58,7 +60,11 @@ def own_scheme(servos: Mapping[str, Servo], axes: str, period_s: float) -> Schem
 
 
 def simulate_scheme(
-    setpoints: Iterable[Setpoints], scheme: Scheme | SchemeMaker, *, settle_s: float = 0.0
+    setpoints: Iterable[Setpoints],
+    scheme: Scheme | SchemeMaker,
+    *,
+    settle_s: float = 0.0,
+    kinematics: Kinematics | None = None,
 ) -> Iterator[Response]:
     """Run setpoints through a control scheme (`cncgen.servo.scheme`), or through the one made for their axes.
 
@@ -66,6 +72,8 @@ def simulate_scheme(
         setpoints: The stream.
         scheme: The scheme, or a function of axes and period that makes it.
         settle_s: The last setpoint is held so long at the end.
+        kinematics: How rotary axes carry table or head. Contour errors are those of the tool's tip on the workpiece, if the
+            setpoints have a rotary axis of it and the signal ``tool_length``; else those of X Y Z.
     """
     stream = iter(setpoints)
     head = next((chunk for chunk in stream if len(chunk)), None)
@@ -74,8 +82,10 @@ def simulate_scheme(
     made = scheme if isinstance(scheme, Scheme) else scheme(head.axes, head.period_s)
     if len(made.loops) != len(head.axes):
         raise ValueError(f"a scheme of {len(made.loops)} axes for setpoints of {head.axes}")
-    run = _Run(made, head)
-    for block in blocks(chain([head], stream), made.before, max(made.after, 1), settle_s):
+    tracker = TipTracker(kinematics) if kinematics and TipTracker.follows(kinematics, head) else None
+    run = _Run(made, head, tracker)
+    stream = chain([head], stream) if tracker is None else tracker.noting(chain([head], stream))
+    for block in blocks(stream, made.before, max(made.after, 1), settle_s):
         yield from run.over(block)
 
 
@@ -97,15 +107,17 @@ def shaped_command(setpoints: Iterable[Setpoints], scheme: Scheme) -> Floats:
 class _Run:
     """One simulation: loops with their state, and the rows that wait for their contour error."""
 
-    def __init__(self, scheme: Scheme, head: Setpoints) -> None:
+    def __init__(self, scheme: Scheme, head: Setpoints, tips: TipTracker | None) -> None:
         self._scheme = scheme
         self._bank = LoopBank(scheme.loops, head.period_s)
         self._prefilter = scheme.prefilter.started() if scheme.prefilter else None
         self._origin = np.asarray(head.position[0], float)
         self._units = tuple(loop.force_unit for loop in scheme.loops)
         self._contour_axes = contour_axes(head.axes)
-        self._tracker = ContourTracker(len(self._contour_axes)) if self._contour_axes else None
-        self._waiting: list[tuple[Floats, Floats, Floats, NDArray[np.bool_]]] = []
+        self._tips = tips
+        measured = 3 if tips else len(self._contour_axes)
+        self._tracker = ContourTracker(measured) if measured else None
+        self._waiting: list[tuple[NDArray, ...]] = []
         self._first = head.first
 
     def over(self, block: SampleBlock) -> Iterator[Response]:
@@ -116,23 +128,29 @@ class _Run:
         position, force, bounded = self._bank.run(shaped, command, coupling)
         position = position + self._origin
         _check_stable(position, block)
-        rows = (block.rows, position, force, bounded)
+        lengths = np.zeros(len(block)) if self._tips is None else self._tips.lengths(len(block))
+        rows = (block.rows, position, force, bounded, lengths)
         if self._tracker is None:
             yield self._response(block, rows, np.full(len(block), np.nan))
             return
         self._waiting.append(rows)
-        columns = self._contour_axes
-        errors = self._tracker.push(block.rows[:, columns], position[:, columns])
+        commanded, actual = (
+            places[:, self._contour_axes]
+            if self._tips is None
+            else self._tips.tips(block.axes, places, lengths)
+            for places in (block.rows, position)
+        )
+        errors = self._tracker.push(commanded, actual)
         if block.last:
             errors = np.concatenate([errors, self._tracker.finish()])
         if len(errors):
             joined = [np.concatenate(part) for part in zip(*self._waiting, strict=True)]
             known = len(errors)
             yield self._response(block, tuple(part[:known] for part in joined), errors)
-            self._waiting = [tuple(part[known:] for part in joined)]  # type: ignore[list-item]
+            self._waiting = [tuple(part[known:] for part in joined)]
 
     def _response(self, block: SampleBlock, rows: tuple[NDArray, ...], errors: Floats) -> Response:
-        command, position, force, bounded = rows
+        command, position, force, bounded, lengths = rows
         first, self._first = self._first, self._first + len(command)
         return Response(
             axes=block.axes,
@@ -144,6 +162,7 @@ class _Run:
             force_unit=self._units,
             saturated=bounded,
             contour_error_mm=errors,
+            tool_length_mm=None if self._tips is None else lengths,
         )
 
 

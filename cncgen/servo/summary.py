@@ -52,7 +52,7 @@ class ResponseSummary:
         self._tracking: list[_Moments] = []
         self._force: list[_Moments] = []
         self._saturated: list[int] = []
-        self._contour = _Moments()
+        self._contour, self._of_tip = _Moments(), False
         self._speed = _Moments()
         self._last: tuple[Floats, Floats] | None = None
 
@@ -74,6 +74,7 @@ class ResponseSummary:
             self._force[i].add(force[:, i], response.first)
             self._saturated[i] += int(response.saturated[:, i].sum())
         self._contour.add(response.contour_error_mm, response.first)
+        self._of_tip = response.tool_length_mm is not None
         self._add_speed(response)
 
     def _add_speed(self, response: Response) -> None:
@@ -106,6 +107,9 @@ class ResponseSummary:
             "contour_error_rms_mm": self._contour.rms if self._contour.count else None,
             "contour_error_max_mm": self._contour.largest if self._contour.count else None,
             "contour_error_max_t_s": self._contour.row * self._period,
+            "contour_error_of": "tip"
+            if self._of_tip
+            else "".join(self._axes[k] for k in contour_axes(self._axes)),
             "speed_variation_mm_s": self._speed.rms,
             "saturated_samples": sum(self._saturated),
         }

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,19 +17,25 @@ from numpy.typing import NDArray
 from cncgen.diagnostics import Diagnostic, UsageError
 from cncgen.geometry.contour_distance import REACH
 from cncgen.kernels import servo_contour
+from cncgen.machine.kinematics import Kinematics, mechanism_of
 from cncgen.machine.record import Machine
 from cncgen.servo.contour import contour_error
 from cncgen.servo.record import Response
 from cncgen.servo.simulate import contour_axes
+from cncgen.servo.tips import TipTracker, tips_on_workpiece
+from cncgen.setpoints.columns import inside_units
 from cncgen.setpoints.record import Setpoints
-from cncgen.toolpath.record import Toolpath
-from cncgen.units import to_file
-from cncgen.verify.flatten import flatten
+from cncgen.toolpath.record import Kind, Toolpath
+from cncgen.toolpath.slicing import between
+from cncgen.units import is_rotary, to_file
+from cncgen.verify.flatten import FlatPath, flatten
 
 Floats = NDArray[np.float64]
 
 #: Longest segment of a programmed path here, mm: the place of a setpoint on it is found to half of that.
 SEGMENT_MM = 0.02
+#: Most that an axis turns between two places of a path that become places of the tip, deg: at 200 mm a chord of it is 0.1 µm off.
+TURN_DEG = 0.1
 #: A command that differs from the plan by less is the plan, mm.
 SAME_MM = 1e-6
 
@@ -43,6 +50,8 @@ class WantedMotion:
         rows: Shape (n, axes), mm and rad: the plan's setpoints.
         path: Shape (m, linear axes): the programmed path; None: the polyline of the setpoints is the path.
         path_axes: Letters of its columns.
+        kinematics: How the rotary axes carry table or head, if the path is that of the tool's tip on the workpiece; its axes are X Y Z.
+        lengths: Shape (n,), mm: the offset of the tool along the spindle then.
     """
 
     name: str
@@ -51,6 +60,8 @@ class WantedMotion:
     rows: Floats
     path: Floats | None = None
     path_axes: str = ""
+    kinematics: Kinematics | None = None
+    lengths: Floats | None = None
 
 
 def reference_of(name: str, setpoints: Iterable[Setpoints]) -> WantedMotion:
@@ -66,7 +77,57 @@ def reference_of(name: str, setpoints: Iterable[Setpoints]) -> WantedMotion:
     return WantedMotion(name, chunks[0].axes, chunks[0].period_s, rows)
 
 
-def programmed_path(toolpaths: Iterable[Toolpath], machine: Machine, axes: str) -> tuple[Floats, str]:
+def wanted_of_program(
+    name: str, setpoints: Iterable[Setpoints], toolpaths: Iterable[Toolpath], machine: Machine
+) -> WantedMotion:
+    """Return a program's plan and path as the wanted motion.
+
+    The path is that of the tool's tip if the machine says how its rotary axes carry table or head, and the setpoints have one of
+    them and the signal ``tool_length``.
+
+    Args:
+        name: Of the program.
+        setpoints: Of its plan.
+        toolpaths: Of the program.
+        machine: That it was planned on.
+    """
+    chunks = list(setpoints)
+    wanted, mechanism = reference_of(name, chunks), mechanism_of(machine)
+    head = next(chunk for chunk in chunks if len(chunk))
+    if mechanism is not None and TipTracker.follows(mechanism, head):
+        lengths = np.concatenate([chunk.signals["tool_length"] for chunk in chunks if len(chunk)])
+        wanted = replace(wanted, kinematics=mechanism, lengths=lengths)
+        return replace(wanted, path=_tip_path(toolpaths, machine, mechanism), path_axes="XYZ")
+    path, letters = _programmed_path(toolpaths, machine, wanted.axes)
+    return replace(wanted, path=path, path_axes=letters)
+
+
+def _tip_path(toolpaths: Iterable[Toolpath], machine: Machine, mechanism: Kinematics) -> Floats:
+    """Return the path of the tool's tip on the workpiece as a polyline, shape (m, 3)."""
+    parts: list[Floats] = []
+    length = 0.0
+    for toolpath in toolpaths:
+        begins = np.flatnonzero(toolpath.kind == Kind.EVENT)
+        told = {int(row): toolpath.events[int(toolpath.curve[row])].values.get("length_mm") for row in begins}
+        cuts = [row for row, value in told.items() if value is not None]
+        for first, last in pairwise([0, *cuts, len(toolpath)]):
+            begun = told.get(first)
+            length = length if begun is None else float(begun)
+            for piece in flatten([between(toolpath, first, last)], machine) if last > first else ():
+                parts.append(_tips(piece, mechanism, length))
+    return _cut(np.concatenate(parts) if parts else np.zeros((0, 3)))
+
+
+def _tips(piece: FlatPath, mechanism: Kinematics, length: float) -> Floats:
+    """Return the tips of a stretch of the axes' path, between whose places no axis turns by more than `TURN_DEG`."""
+    turning = [k for k, letter in enumerate(piece.axes) if is_rotary(letter)]
+    most = np.abs(np.diff(piece.points[:, turning], axis=0)).max(axis=1, initial=0.0)
+    points = _parted(piece.points, np.maximum(np.ceil(most / TURN_DEG).astype(int), 1))
+    inside = inside_units(points, piece.axes)
+    return tips_on_workpiece(mechanism, piece.axes, inside, np.full(len(points), length))
+
+
+def _programmed_path(toolpaths: Iterable[Toolpath], machine: Machine, axes: str) -> tuple[Floats, str]:
     """Return the programmed path as a polyline of its linear axes among `axes`, shape (m, k), and their letters."""
     parts: list[Floats] = []
     letters = ""
@@ -86,7 +147,11 @@ def _cut(path: Floats) -> Floats:
         return path
     length = np.sqrt((np.diff(path, axis=0) ** 2).sum(axis=1))
     path, length = np.concatenate([path[:1], path[1:][length > 0.0]]), length[length > 0.0]
-    parts = np.maximum(np.ceil(length / SEGMENT_MM).astype(int), 1)
+    return _parted(path, np.maximum(np.ceil(length / SEGMENT_MM).astype(int), 1))
+
+
+def _parted(path: Floats, parts: NDArray[np.int64]) -> Floats:
+    """Return a polyline each of whose segments is cut in so many equal parts."""
     begin = np.repeat(np.arange(len(parts)), parts)
     share = (np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts) + 1) / parts[begin]
     inner = path[begin] + share[:, None] * (path[begin + 1] - path[begin])
@@ -116,6 +181,7 @@ def judged_against(
         "contour_error_rms_mm": None if contour is None else float(np.sqrt((contour**2).mean())),
         "contour_error_max_mm": None if contour is None else float(contour.max()),
         "contour_error_max_t_s": None if contour is None else float(contour.argmax()) * head.period_s,
+        "contour_error_of": "tip" if reference.kinematics else "".join(head.axes[k] for k in judged),
         f"tracking_rms_{unit}": float(np.sqrt((distance**2).mean())),
         f"tracking_max_{unit}": float(distance.max()),
     }
@@ -156,11 +222,16 @@ def laid_over(
     command, position = (np.concatenate([getattr(r, k) for r in responses]) for k in ("command", "position"))
     shift = _shift(rows, command, position) if shift is None else shift
     after = max(len(position) - shift - len(rows), 0)
-    wanted = np.concatenate([np.repeat(rows[:1], shift, axis=0), rows, np.repeat(rows[-1:], after, axis=0)])[
-        : len(position)
-    ]
+    wanted = _placed(rows, shift, after)[: len(position)]
+    if reference.lengths is not None:
+        reference = replace(reference, lengths=_placed(reference.lengths, shift, after)[: len(position)])
     contour = _contour(reference, head.axes, wanted, position) if contour_axes(head.axes) else None
     return wanted, position, contour, shift
+
+
+def _placed(rows: Floats, before: int, after: int) -> Floats:
+    """Return rows with the first and the last of them repeated."""
+    return np.concatenate([np.repeat(rows[:1], before, axis=0), rows, np.repeat(rows[-1:], after, axis=0)])
 
 
 def _check(reference: WantedMotion, head: Response) -> None:
@@ -206,6 +277,12 @@ def _shift(rows: Floats, command: Floats, position: Floats) -> int:
 
 def _contour(reference: WantedMotion, axes: str, wanted: Floats, position: Floats) -> Floats:
     """Return the distance of each position from the path, shape (n,)."""
+    if reference.kinematics is not None and reference.lengths is not None:
+        lengths = reference.lengths
+        wanted, position = (
+            tips_on_workpiece(reference.kinematics, axes, rows, lengths) for rows in (wanted, position)
+        )
+        axes = "XYZ"
     if reference.path is None or len(reference.path) < 2:
         columns = contour_axes(axes)
         return contour_error(wanted[:, columns], position[:, columns])

@@ -17,7 +17,7 @@ from cncgen.units import AXIS_LETTERS, DEGREE, file_unit, is_rotary
 Floats = NDArray[np.float64]
 
 #: Columns of whole numbers.
-INTEGERS = ("line", "limit", "source")
+INTEGERS = tuple(column for column, unit in PATH_SIGNALS.values() if not unit)
 
 
 def position_column(axis: str) -> str:
@@ -100,7 +100,7 @@ class Layout:
                 power = AXIS_SIGNALS[signal]
                 names += [f"{axis.lower()}_{signal}_{file_unit(axis)}{power}" for axis in self.axes]
             else:
-                names.append(PATH_SIGNALS[signal])
+                names.append(PATH_SIGNALS[signal][0])
         return names
 
     @property
@@ -113,7 +113,7 @@ class Layout:
                 power = AXIS_SIGNALS[signal].removeprefix("_s")
                 units += [f"{unit}/s^{power}" if power else f"{unit}/s" for unit in positions]
             else:
-                units.append("" if PATH_SIGNALS[signal] in INTEGERS else "mm/s")
+                units.append(PATH_SIGNALS[signal][1])
         return units
 
     def matrix(self, chunk: Setpoints) -> Floats:

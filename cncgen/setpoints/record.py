@@ -19,13 +19,14 @@ Floats = NDArray[np.float64]
 
 #: Signals of one column an axis, with the power of the second in their unit.
 AXIS_SIGNALS = {"vel": "_s", "acc": "_s2", "jerk": "_s3"}
-#: Signals of one column, with its name.
+#: Signals of one column, with its name and its unit; "" for whole numbers.
 PATH_SIGNALS = {
-    "feed": "feed_mm_s",
-    "line": "line",
-    "limit": "limit",
-    "programmed": "programmed_feed_mm_s",
-    "source": "source",
+    "feed": ("feed_mm_s", "mm/s"),
+    "line": ("line", ""),
+    "limit": ("limit", ""),
+    "programmed": ("programmed_feed_mm_s", "mm/s"),
+    "source": ("source", ""),
+    "tool_length": ("tool_length_mm", "mm"),
 }
 #: Whole numbers up to this one are doubles.
 _MOST_ROWS = 2.0**53
@@ -42,8 +43,8 @@ class Setpoints:
         position: Shape (n, axes), mm or rad.
         signals: Further columns by name, where they were asked for. ``vel``, ``acc`` and ``jerk`` have the shape (n, axes).
             The others have the shape (n,): ``feed`` (mm/s along the path), ``programmed`` (the feed that the program asks
-            for, 0 in a rapid), ``line``, ``source`` (the file of the line, 0 for the program) and ``limit`` (a
-            `cncgen.planner.record.Limit`).
+            for, 0 in a rapid), ``line``, ``source`` (the file of the line, 0 for the program), ``limit`` (a
+            `cncgen.planner.record.Limit`) and ``tool_length`` (mm, the tool offset along the spindle).
         events: Pairs of time and `Event` with the source line, that fall into this chunk.
 
     Raises:

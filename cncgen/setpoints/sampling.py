@@ -24,7 +24,7 @@ from cncgen.toolpath.record import Event
 Floats = NDArray[np.float64]
 
 #: Names that ``--signals`` may give.
-SIGNALS = ("vel", "acc", "jerk", "feed", "line", "limit", "programmed", "source")
+SIGNALS = ("vel", "acc", "jerk", "feed", "line", "limit", "programmed", "source", "tool_length")
 
 #: Those of them that are derivatives of the axes, in order.
 _DERIVATIVES = ("vel", "acc", "jerk")
@@ -65,7 +65,22 @@ def sample(
         raise UsageError(
             Diagnostic("option-value", f"signals {', '.join(unknown)}: not one of {', '.join(SIGNALS)}")
         )
-    return _sample(trajectories, machine.period_s, axes, tuple(dict.fromkeys(signals)))
+    derived = tuple(name for name in dict.fromkeys(signals) if name != "tool_length")
+    chunks = _sample(trajectories, machine.period_s, axes, derived)
+    return chunks if len(derived) == len(set(signals)) else _with_tool_length(chunks)
+
+
+def _with_tool_length(chunks: Iterable[Setpoints]) -> Iterator[Setpoints]:
+    """Yield chunks with the tool offset along the spindle, mm, that holds at each row, as the events of the program tell it."""
+    length = 0.0
+    for chunk in chunks:
+        told = [
+            (t_s, event.values["length_mm"]) for t_s, _, event in chunk.events if "length_mm" in event.values
+        ]
+        lengths = np.array([length, *(value for _, value in told)])
+        rows = lengths[np.searchsorted([t_s for t_s, _ in told], chunk.time_s, "right")]
+        length = float(lengths[-1])
+        yield replace(chunk, signals={**chunk.signals, "tool_length": rows})
 
 
 def _sample(

@@ -197,7 +197,8 @@ class _Evaluation:
         if self._planned is None:
             from cncgen.pipeline import plan_with_summary
 
-            stream, summary = plan_with_summary(self._read(), self._machine, self._plan_options())
+            how = self._plan_options()
+            stream, summary = plan_with_summary(self._read(), self._machine, how, ["tool_length"])
             self._planned = stream.collect(), summary.as_json()
         return self._planned
 

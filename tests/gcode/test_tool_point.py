@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from cncgen.diagnostics import UsageError
 from cncgen.machine.kinematics import Kinematics, kinematics_of
+from cncgen.toolpath.record import Kind
 
 TABLES = Kinematics(0, (3, 5), (0.0, 0.0, -100.0))
 HEADS = Kinematics(2, (5, 4), pivot=100.0)
@@ -27,39 +28,44 @@ def machine(run: Any, text: str, kinematics: Kinematics) -> Any:
     return out
 
 
+def moves(out: Any) -> Any:
+    """Return the ends of motions: the lengths of tools are events between them."""
+    return out.path.end[out.path.kind != Kind.EVENT]
+
+
 @pytest.mark.parametrize("kinematics", [TABLES, HEADS, MIXED])
 def test_at_angle_zero_it_is_the_tool_length(run: Any, kinematics: Kinematics) -> None:
     out = machine(run, "G1 X20 F100", kinematics)
-    moves = out.path.end[out.path.kind == 0, :3]
-    np.testing.assert_allclose(moves, [[10, 0, 0], [10, 0, 50], [20, 0, 50]])
+    lines = out.path.end[out.path.kind == 0, :3]
+    np.testing.assert_allclose(lines, [[10, 0, 0], [10, 0, 50], [20, 0, 50]])
 
 
 def test_a_table_turns_the_workpiece_against_the_angle(run: Any) -> None:
     """At C90 the point (10, 0) of the table is at (0, -10); at A90 the height above the centre points to +Y."""
     out = machine(run, "G0 C90\nG0 X20", TABLES)
-    np.testing.assert_allclose(out.path.end[2:4, :3], [[0, -10, 50], [0, -20, 50]], atol=1e-9)
+    np.testing.assert_allclose(moves(out)[2:4, :3], [[0, -10, 50], [0, -20, 50]], atol=1e-9)
     # About A: y' = y cos + (z - zc) sin, z' = zc - y sin + (z - zc) cos, of the table turned by -90 degrees.
     out = machine(run, "G0 A90", TABLES)
-    np.testing.assert_allclose(out.path.end[2, :3], [10, 100, -100 + 50], atol=1e-9)
+    np.testing.assert_allclose(moves(out)[2, :3], [10, 100, -100 + 50], atol=1e-9)
 
 
 def test_a_head_swings_about_its_pivot(run: Any) -> None:
     """At B90 the tool lies along +X: the pivot is 150 beside the tip, the machine 100 below its zero."""
     out = machine(run, "G0 B90\nG0 C90", HEADS)
-    np.testing.assert_allclose(out.path.end[2:4, :3], [[160, 0, -100], [10, 150, -100]], atol=1e-9)
+    np.testing.assert_allclose(moves(out)[2:4, :3], [[160, 0, -100], [10, 150, -100]], atol=1e-9)
 
 
 def test_a_head_over_a_table(run: Any) -> None:
     """At B90 the pivot is 150 beside the tip along +X; at C90 the point (10, 0) of the table is at (0, -10), and the head stays."""
     out = machine(run, "G0 B90\nG0 C90\nG0 B0", MIXED)
     np.testing.assert_allclose(
-        out.path.end[2:5, :3], [[160, 0, -100], [150, -10, -100], [0, -10, 50]], atol=1e-9
+        moves(out)[2:5, :3], [[160, 0, -100], [150, -10, -100], [0, -10, 50]], atol=1e-9
     )
 
 
 def test_g49_leaves_the_machine_where_it_is(run: Any) -> None:
     out = machine(run, "G0 B90\nG49\nG0 Y1", HEADS)
-    np.testing.assert_allclose(out.path.end[3, :3], [160, 1, -100], atol=1e-9)
+    np.testing.assert_allclose(moves(out)[3, :3], [160, 1, -100], atol=1e-9)
 
 
 def test_lines_stay_within_the_tolerance_and_take_the_tips_time(run: Any) -> None:
@@ -139,7 +145,7 @@ def test_directions_in_place_of_angles(run: Any) -> None:
         out = run(f"{DIRECTIONS}{text}\nG49\nG90 G0 Y1\nM30", dialect="fanuc", kinematics=HEADS)
         assert out.errors == []
         np.testing.assert_allclose(
-            out.path.end[2:5, :3], [[160, 0, -100], [10, 150, -100], [10, 1, -100]], atol=1e-9
+            moves(out)[2:5, :3], [[160, 0, -100], [10, 150, -100], [10, 1, -100]], atol=1e-9
         )
 
 
@@ -183,7 +189,7 @@ def test_a_line_runs_again_with_directions(run: Any) -> None:
     text = "#1=0\nWHILE[#1LT2]DO1\n#1=#1+1\nG0 X[#1*10] I1.\nEND1\nM30"
     out = run(DIRECTIONS + text, dialect="fanuc", kinematics=HEADS)
     assert out.errors == []
-    np.testing.assert_allclose(out.path.end[2:4, 0], [160, 170], atol=1e-9)
+    np.testing.assert_allclose(moves(out)[2:4, 0], [160, 170], atol=1e-9)
 
 
 @pytest.mark.parametrize("before", ["G41 D1", "G95 F0.1"])

@@ -87,7 +87,8 @@ def test_errors_from_the_wanted_motion_stand_beside_those_from_the_command(tmp_p
     assert run([*call, "--summary", str(found)]) == 0
     (part,) = parts_of(page.read_text())
     shown, wanted = part["summary"]["reference"], json.loads(found.read_text())["reference"]
-    assert shown.pop("name") == wanted.pop("name")
+    assert [shown.pop(key) for key in ("name", "contour_error_of")] == [wanted.pop("name"), "XY"]
+    assert wanted.pop("contour_error_of") == "XY"
     assert shown == pytest.approx(wanted, rel=1e-6)
     assert {"contour_error_mm", "reference_contour_mm"} <= part["streams"].keys()
 

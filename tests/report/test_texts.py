@@ -136,6 +136,7 @@ def test_text_of_a_simulation() -> None:
         "contour_error_max_mm": 0.0065,
         "contour_error_rms_mm": 0.0055,
         "contour_error_max_t_s": 0.75,
+        "contour_error_of": "X",
         "speed_variation_mm_s": 0.125,
     }
     assert response.as_text(summary).splitlines() == [

@@ -14,7 +14,7 @@ from cncgen.report.plot_data import against, of_response
 from cncgen.servo.response_spread import drawn_figures, interval, spread_values
 from cncgen.servo.simulate import simulate
 from cncgen.servo.uncertainty import Perturbation
-from cncgen.servo.wanted_motion import judged_against, programmed_path, reference_of
+from cncgen.servo.wanted_motion import judged_against, reference_of, wanted_of_program
 
 from .bench import circle, profile, stream
 
@@ -24,11 +24,10 @@ STIFF = {k: Servo("transfer-function", {"numerator": [1.0], "denominator": [1.0]
 def test_the_contour_error_is_the_distance_from_the_programmed_path():
     """Axes that follow at once along a circle of 9.99 mm, judged by a program of 10 mm: 10 µm everywhere."""
     program = "(START, X10 Y0)\nG21 G90 G17 G61\nG3 X10 Y0 I-10 J0 F3000\nM2\n"
-    path, letters = programmed_path(read_text(program).chunks(), load_machine("xy-table"), "XY")
-    assert letters == "XY"
-    assert np.hypot(*path.T) == pytest.approx(10.0, abs=1e-5)
-    wanted = reference_of("circle", stream(circle(10.0, 50.0, turns=1.0)))
-    reference = type(wanted)("circle", wanted.axes, wanted.period_s, wanted.rows, path, letters)
+    plan = stream(circle(10.0, 50.0, turns=1.0))
+    reference = wanted_of_program("circle", plan, read_text(program).chunks(), load_machine("xy-table"))
+    assert reference.path_axes == "XY"
+    assert np.hypot(*reference.path.T) == pytest.approx(10.0, abs=1e-5)
     found = judged_against(reference, list(simulate(stream(circle(9.99, 50.0 * 0.999, turns=0.9)), STIFF)))
     assert found["contour_error_max_mm"] == pytest.approx(0.01, abs=1e-5)
     assert found["contour_error_rms_mm"] == pytest.approx(0.01, abs=1e-5)

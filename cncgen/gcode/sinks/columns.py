@@ -53,6 +53,7 @@ class ColumnsSink:
         *,
         degrees_count: bool = False,
         tips: bool = False,
+        tells_lengths: bool = False,
         shown: str = "",
     ) -> None:
         """Take motions for a builder.
@@ -63,13 +64,14 @@ class ColumnsSink:
             degrees_count: F of a line is the speed along all its axes, a degree as a unit of length, as FANUC's
                 controls have it; else along X Y Z where these move, as LinuxCNC has it.
             tips: Offsets of tools are left out, so that positions are those of their tips.
+            tells_lengths: Lengths of tools are told by events, for those who ask where their tips are.
             shown: Letters of the axes that the output shows; all of the builder's where it is empty.
         """
         self.block = Block({})
         self.budget = Budget()
         self.builder = builder
         self._degrees_count = degrees_count
-        self._tips = tips
+        self._tips, self._tells_lengths = tips, tells_lengths
         self._columns = [AXIS_INDEX[letter.lower()] for letter in builder.axes]
         self._rotary = np.array([3 <= c <= 5 for c in self._columns])
         self._uvw = np.array([c >= 6 for c in self._columns])
@@ -438,9 +440,9 @@ class ColumnsSink:
 
     def use_tool_length_offset(self, offset: Point) -> None:
         self.flush()
-        if self._tips:
+        if self._tells_lengths:
             self._add(Event("tool offset", values={"length_mm": offset[2] * self._scale}))
-        else:
+        if not self._tips:
             self._tool = list(offset)
 
     def where(self, position: Point) -> Point:

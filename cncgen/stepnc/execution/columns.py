@@ -62,7 +62,7 @@ class Columns(Canon):
         self._line_of = line_of
         self._usual = self._tolerance = math.nan if tolerance is None else tolerance
         self._mode = PathMode.CONTINUOUS
-        self._lever = 0.0
+        self._lever, self._long = 0.0, False
         self._line = 0
         self._feed = math.nan
         self._direction = 0
@@ -106,7 +106,12 @@ class Columns(Canon):
 
     def change_tool(self, tool: CuttingTool) -> None:
         """Add a tool event."""
-        self._event("tool", True, tool=tool.name, **_sizes(tool))
+        sizes = _sizes(tool)
+        # A tool of no length behind one that has some says so, for those who follow its tip.
+        if self._long:
+            sizes.setdefault("length_mm", 0.0)
+        self._long = bool(sizes.get("length_mm"))
+        self._event("tool", True, tool=tool.name, **sizes)
 
     def spindle(self, direction: int, rpm: float | None) -> None:
         """Add a spindle event where something changes."""
