@@ -123,3 +123,15 @@ def test_the_warning_of_a_late_unit_names_the_first_length(above: str, line: int
     assert f"from line {line} on" in warning.message
     assert "--units inch" in warning.hint
     assert ("likelier" in warning.hint) is likelier
+
+
+@pytest.mark.parametrize("above", ["G28", "G91 G28 Z0\nG90", "G28 U0 W0", "G0 X0 Z0."])
+def test_ways_to_the_reference_point_above_a_unit_are_the_same_in_both(above: str) -> None:
+    """Haas lathe programs of a school have G28 above the line of G20: it was said to leave lengths in mm."""
+    found = Diagnostics()
+    check(
+        io.BytesIO(f"%\nO1\n{above}\nG50 S2000\nG20\nG0 X1. Z.1\nM30\n%\n".encode()),
+        "t.nc",
+        diagnostics=found,
+    )
+    assert "units-doubtful" not in [one.code for one in found]

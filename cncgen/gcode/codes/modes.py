@@ -32,8 +32,10 @@ def _units(ip: Interpreter, block: Block, inches: bool) -> None:
     ip.sink.use_length_units(inches)
     state = ip.state
     used = state.moved or ip.parameters.shifted
-    if used and not ip.units_said and ip.options.units == "auto" and state.inches != inches:
-        first = _first_length(ip, block)
+    late = used and not ip.units_said and ip.options.units == "auto" and state.inches != inches
+    first = _first_length(ip, block) if late else 0
+    # Ways to the reference point, and coordinates of 0, are the same in both units.
+    if late and (first or ip.parameters.shifted or any(state.position[index] for index in LENGTHS)):
         since = f", from line {first} on," if first else ""
         message = f"lengths before the first G20 or G21 of the run{since} are taken as mm, and those behind it are inches"
         hint = "write G20 before the first length, or --units inch"
