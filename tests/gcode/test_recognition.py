@@ -267,6 +267,9 @@ UNREAD = [
     ("o<chk> if [#<_input|#<_probe_pin_1>> NE 0]\n(msg,Probe)\nM2\no<chk> endif\nG0 X1\nM2", "PlanetCNC"),
     ("O7000\nG90 G54\nT01 M06\nG43 H01 Z20.\nG98 G77 X10. Y10. Z-12. R2. J1.25 S1500 L3000\nG80\nM30", "Brother"),
     ("N0030 G95 G97\nN0050 G00 X40.000 Z2.000\nN0060 G84 X30. Z-20. P0=0 P2=0 D0=1000 D3=500 F200\nN0070 M30", "EMCO"),
+    ("N1 G54\nN2 G92 S3000\nN3 G14 H0\nN4 G96 S180 F0.3 M4 T1\nN5 G0 X82 Z2\nN6 G81 D2.5 H2 AX0.5 AZ0.1\nN7 G1 X20 RN2\nN8 G80\nN9 M30", "PAL"),
+    ("N1 G54\nN2 T2 F120 S1500 M3\nN3 G0 X0 Y0 Z2\nN4 G1 ZI-5\nN5 G1 XI20 YI10\nN6 G23 N4 N5 H2\nN7 M30", "PAL"),
+    ("PROGRAMMKOPF\nREVOLVER 1\nFERTIGTEIL\nN2 G0 X0 Z0\nN3 G1 X20 BR-1\nBEARBEITUNG\nN10 G14 Q0\nN14 G810 NS3 NE5 P3\nENDE", "CNC PILOT"),
 ]  # fmt: skip
 
 
@@ -313,6 +316,9 @@ def test_codes_that_linuxcnc_and_sinumerik_do_not_have(text: str) -> None:
         "G83 G98 X10. Y0 Z-10. R2. I4. J1. K2. F100.",
         "G98 G73 X10. Z-10. I4. J1. K2. R2. F100.",
         "WHILE[#1LT5]DO1\n#1=#1+1\nEND1",
+        # Words of PAL that stand in other languages: a check that is switched off, and angles beside coordinates.
+        "G23",
+        "G1 X10. A5. F100.",
     ],
 )
 def test_programs_of_mills_have_no_signs_of_such_controls(cycle: str) -> None:
