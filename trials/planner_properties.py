@@ -427,7 +427,7 @@ def least_within(case: Case) -> float:
         return dwell
     x = np.concatenate(places)
     least = _way(x[:, :3], tolerance) / feed
-    scale = axis_scale(toolpaths[0].axes)
+    scale = axis_scale(toolpaths[0].axes, 1.0)
     for column, of, velocity, acceleration in zip(
         x.T, scale, *limits_of(case, toolpaths[0].axes)[:2], strict=True
     ):

@@ -7,6 +7,7 @@ axes = ["a", "c"]                # the one that carries the other first; head-ta
 centre_mm = [0.0, 0.0, -150.0]   # tables: a point of their axes (two: where they meet), machine coordinates
 pivot_mm = 180.0                 # heads: from the spindle's gauge line to their axes (two: to where they meet)
 tolerance_mm = 0.001             # how far lines of the machine's axes may be from the tool's path
+degree_mm = 2.0                  # what a degree of them counts as in the tolerances of path and chords
 ```
 
 A turns about X, B about Y, C about Z, positive as ISO 841 has it: the tool turns that way relative to the workpiece, so a

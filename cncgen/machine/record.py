@@ -140,6 +140,13 @@ class Machine:
         )
 
     @property
+    def degree_mm(self) -> float:
+        """What a degree of a rotary axis counts as in tolerances, mm: 1, as controls count it, or as ``[kinematics]`` says."""
+        return (
+            float(self.settings["kinematics"].get("degree_mm", 2.0)) if "kinematics" in self.settings else 1.0
+        )
+
+    @property
     def is_lathe(self) -> bool:
         """Whether it has X and Z and no Y."""
         return "X" in self.axes and "Z" in self.axes and "Y" not in self.axes

@@ -107,6 +107,8 @@ TABLES: Mapping[str, tuple[Key, ...]] = MappingProxyType(
                 f"a number from 0 to {FARTHEST:g}", _from(0.0, FARTHEST), "0"),
             Key("tolerance_mm", "how far lines of the machine's axes may be from the tool's path",
                 f"a number from 1e-9 to {FARTHEST:g}", _from(1e-9, FARTHEST), "0.001"),
+            Key("degree_mm", "what a degree of a rotary axis counts as in the tolerances of path and chords, mm",
+                "a number from 0.01 to 100", _from(0.01, 100.0), "2"),
         ),
         "coupling": (
             Key("ccc_proportional", "gain of cross coupling, a multiple of the axes' own", _GAIN, _is_gain,

@@ -77,7 +77,8 @@ def _standing(empty: Toolpath) -> Toolpath:
 def _with_tolerance(chunk: Toolpath, machine: Machine, options: PlanOptions) -> Toolpath:
     """Fill in the tolerances; of rows whose tip rotary axes carry, the part that the axes may use.
 
-    Axes that are off by e (X Y Z by mm, rotary axes by degrees) move the tip by |e| (1 + (lever pi / 180)²)^½ mm at most.
+    Axes that are off by e (X Y Z by mm, rotary axes by degrees that count g mm each) move the tip by |e| (1 + (lever pi / (180 g))²)^½ mm at
+    most (Cauchy and Schwarz).
     """
     if options.path_tolerance_mm is not None:
         tolerance = np.full(len(chunk), options.path_tolerance_mm)
@@ -85,8 +86,9 @@ def _with_tolerance(chunk: Toolpath, machine: Machine, options: PlanOptions) -> 
         tolerance = np.where(np.isnan(chunk.tolerance), machine.path_tolerance_mm, chunk.tolerance)
     continuous = chunk.path_mode == PathMode.CONTINUOUS
     if chunk.lever is not None:
-        tolerance = tolerance / np.hypot(1.0, np.radians(chunk.lever))
-    return replace(chunk, tolerance=np.where(continuous, tolerance, chunk.tolerance), lever=None)
+        tolerance = tolerance / np.hypot(1.0, np.radians(chunk.lever) / machine.degree_mm)
+    tolerance = np.where(continuous, tolerance, chunk.tolerance)
+    return replace(chunk, tolerance=tolerance, lever=None, degree_mm=machine.degree_mm)
 
 
 def _missing_axes(chunk: Toolpath, machine: Machine, known: set[str]) -> list[Diagnostic]:

@@ -108,6 +108,7 @@ class Toolpath:
             nothing is smoothed.
         lever: Shape (n,), mm/rad: how far the tip of the tool goes as the rotary axes turn, where the program tells the tip's path and they
             carry it (the root of the sum of the squares over the axes); else 0. None where all are.
+        degree_mm: What a degree of a rotary axis counts as where distances of all axes are measured, mm (`Machine.degree_mm`).
         path: The geometry of the rows, measured when it is first asked for.
     """
 
@@ -141,6 +142,7 @@ class Toolpath:
     sources: tuple[str, ...]
     chord_room: Floats | None = None
     lever: Floats | None = None
+    degree_mm: float = 1.0
     _path: list[Path] = field(default_factory=list, init=False, repr=False)
 
     def __len__(self) -> int:

@@ -20,7 +20,7 @@ from cncgen.setpoints.checking import check_range
 from cncgen.setpoints.columns import file_units
 from cncgen.setpoints.stream import SetpointStream
 from cncgen.toolpath.record import Toolpath
-from cncgen.units import file_unit, to_file
+from cncgen.units import file_unit, is_rotary, to_file
 from cncgen.verify.flatten import FlatPath, flatten
 from cncgen.verify.limits import RESOLUTION, AxisJudge
 from cncgen.verify.matching import Fault, Matching, Worst
@@ -74,14 +74,16 @@ def verify(
             )
         )
     columns = [path.axes.index(letter) for letter in shared]
+    # All axes are mm here: a degree counts as the machine says.
+    scale = np.array([machine.degree_mm if is_rotary(letter) else 1.0 for letter in shared])
     longest = max(_CHORDS * setpoints.period_s * _speed(shared, machine), machine.chord_tolerance_mm)
     rounding = 0.5 * resolution * float(np.sqrt(len(shared)))
-    window = MatchWindow((piece.restricted(columns) for piece in path), longest, rounding)
+    window = MatchWindow((piece.restricted(columns, scale) for piece in path), longest, rounding)
     matching = Matching(window, setpoints.period_s, rounding)
     judges = {
         k: AxisJudge(machine.axes[k], setpoints.period_s, resolution) for k in axes if k in machine.axes
     }
-    count, travelled = _draw(setpoints, matching, [axes.index(letter) for letter in shared], judges)
+    count, travelled = _draw(setpoints, matching, [axes.index(letter) for letter in shared], scale, judges)
     breaches = Diagnostics(_of_period(setpoints.period_s, machine))
     _judge_axes(path, axes, shared, travelled, machine, resolution, breaches)
     peaks: list[Peak] = []
@@ -90,7 +92,7 @@ def verify(
         peaks += found
         breaches.extend(over)
     _judge_distance(matching.out, setpoints.period_s, breaches)
-    _judge_coverage(matching.back, shared, setpoints.period_s, breaches)
+    _judge_coverage(matching.back, shared, scale, setpoints.period_s, breaches)
     _judge_order(matching, setpoints.period_s, breaches)
     _judge_waits(matching, setpoints.period_s, breaches)
     return Verdict(
@@ -136,9 +138,13 @@ def _speed(letters: Iterable[str], machine: Machine) -> float:
 
 
 def _draw(
-    setpoints: SetpointStream, matching: Matching, columns: list[int], judges: dict[str, AxisJudge]
+    setpoints: SetpointStream,
+    matching: Matching,
+    columns: list[int],
+    scale: Floats,
+    judges: dict[str, AxisJudge],
 ) -> tuple[int, Floats]:
-    """Draw the setpoints through matching and judges; return how many there are, and how far each axis travels.
+    """Draw the setpoints through matching, some columns of them scaled, and judges; return how many there are, and how far each axis travels.
 
     Positions wait for the judges until their place on the path, and so their line, is known.
     """
@@ -159,7 +165,7 @@ def _draw(
         count += len(position)
         low, high = np.minimum(low, position.min(axis=0)), np.maximum(high, position.max(axis=0))
         waiting = np.concatenate([waiting, position])
-        lines = matching.feed(np.ascontiguousarray(position[:, columns]))
+        lines = matching.feed(np.ascontiguousarray(position[:, columns] * scale))
         judge(lines)
         waiting = waiting[len(lines) :]
     judge(matching.finish())
@@ -213,10 +219,12 @@ def _judge_distance(out: Worst, period_s: float, breaches: Diagnostics) -> None:
     )
 
 
-def _judge_coverage(back: Worst, axes: list[str], period_s: float, breaches: Diagnostics) -> None:
+def _judge_coverage(
+    back: Worst, axes: list[str], scale: Floats, period_s: float, breaches: Diagnostics
+) -> None:
     if not back.broken:
         return
-    where = ", ".join(f"{axis}{value:.4f}" for axis, value in zip(axes, back.place, strict=True))
+    where = ", ".join(f"{axis}{value:.4f}" for axis, value in zip(axes, back.place / scale, strict=True))
     t_s = back.time * period_s
     breaches.add(
         breach(

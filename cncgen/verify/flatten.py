@@ -7,7 +7,6 @@ is within `chord_mm` of the curve. Rotary axes count one degree as one millimetr
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
@@ -54,9 +53,9 @@ class FlatPath:
     def __len__(self) -> int:
         return len(self.line)
 
-    def restricted(self, columns: list[int]) -> FlatPath:
-        """Return some columns of it."""
-        points = np.ascontiguousarray(self.points[:, columns])
+    def restricted(self, columns: list[int], scale: Floats | float = 1.0) -> FlatPath:
+        """Return some columns of it, scaled."""
+        points = np.ascontiguousarray(self.points[:, columns] * scale)
         axes = "".join(self.axes[k] for k in columns)
         return replace(self, axes=axes, points=points)
 
@@ -85,7 +84,9 @@ def flatten(
         allowed = _tolerance(toolpath, machine, tolerance_mm)
         start = toolpath.start[None, :] * _scale(toolpath)
         waits, lines = _waits(toolpath), toolpath.line.astype(np.int64)
-        for points, rows in _gathered(_flatten_rows(toolpath, allowed, waits > 0)):
+        # Curves are cut in mm and degrees, of which one may count more.
+        finer = allowed / max(machine.degree_mm, 1.0)
+        for points, rows in _gathered(_flatten_rows(toolpath, finer, waits > 0)):
             moved = True
             joined = np.concatenate([start, points])
             start = points[-1:]
@@ -129,7 +130,7 @@ def _tolerance(toolpath: Toolpath, machine: Machine, tolerance_mm: float | None)
         given = np.full_like(given, tolerance_mm)
     if toolpath.lever is not None:
         # The tolerance is the tip's: a degree of the rotary axes moves it by the lever times pi / 180.
-        given = given / np.sqrt(1.0 + (toolpath.lever * math.pi / 180.0) ** 2)
+        given = given / np.hypot(1.0, np.radians(toolpath.lever) / machine.degree_mm)
     continuous = toolpath.path_mode == PathMode.CONTINUOUS
     out = np.maximum(np.where(continuous, given, 0.0), machine.chord_tolerance_mm)
     # An event has no tolerance of its own: a wait is where the motions beside it meet.

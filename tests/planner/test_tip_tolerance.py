@@ -111,3 +111,32 @@ def test_the_tip_on_a_face_that_turns(tmp_path: Path) -> None:
     start = int(np.argmax(radius > 150.0 - 1e-6))
     off = distance_to_polyline(tip[start:], square)
     assert 0.01 < off.max() <= 0.05 + 0.001 + 1e-6
+
+
+def test_a_degree_counts_as_the_machine_says() -> None:
+    """Cauchy and Schwarz: |Δx| + R |Δθ| ≤ |(Δx, g Δθ)| (1 + (R/g)²)^½, with R in mm a degree; a degree is 2 mm with `[kinematics]`."""
+    tables = {**TABLES, "degree_mm": 3.5}
+    assert [five_axes(each).degree_mm for each in (TABLES, tables)] == [2.0, 3.5]
+    assert Machine("three axes", AXES).degree_mm == 1.0
+    points = corners(2)
+    read = cncgen.read_text(program(points), dialect="fanuc")
+    for machine in (five_axes({**TABLES, "degree_mm": 1.0}), five_axes(tables)):
+        setpoints = cncgen.sample(cncgen.plan(read, machine, path_tolerance_mm=0.05)).collect()
+        assert cncgen.judge(setpoints, read, machine, tolerance_mm=0.05).holds
+        tip = tips(setpoints, heads=False)
+        first = int(np.argmin(np.linalg.norm(tip - points[0, :3], axis=1)))
+        assert 0.01 < distance_to_polyline(tip[first:], points[:, :3]).max() <= 0.05 + 0.001 + 1e-6
+
+
+def test_verify_counts_a_degree_as_the_machine_says() -> None:
+    """A is 0.006 degrees off a path along X alone: 0.006 mm, 0.012 mm with `[kinematics]`; P is 0.01 mm."""
+    rows = np.linspace(0.0, 10.0, 2001)
+    position = np.column_stack([rows, 0 * rows, 0 * rows, np.full(len(rows), np.radians(0.006))])
+    position[[0, -1], 3] = 0.0
+    read = cncgen.read_text("G21 G90 G64 P0.01\nG1 X10 A0 F300\nM2\n", dialect="linuxcnc")
+    plain = Machine("four axes", {k: AXES[k] for k in "XYZA"}, period_s=0.001)
+    verdicts = [
+        cncgen.judge(Setpoints("XYZA", 0.001, 0, position), read, machine).setpoints_to_path_mm
+        for machine in (plain, five_axes(TABLES))
+    ]
+    assert verdicts == [pytest.approx(0.006, rel=1e-6), pytest.approx(0.012, rel=1e-6)]

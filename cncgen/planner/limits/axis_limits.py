@@ -19,7 +19,7 @@ from cncgen.kernels import along_path as kernel
 from cncgen.kernels import node_places
 from cncgen.machine.record import Axis, Machine
 from cncgen.planner.record import Limit
-from cncgen.units import DEGREE
+from cncgen.units import DEGREE, is_rotary
 
 Floats = NDArray[np.float64]
 
@@ -40,14 +40,13 @@ _HARDEST = 10.0
 _UNSEEN = 0.12, 0.01
 
 
-#: mm: at this radius, where one degree is one millimetre, as controls count it, rotary axes are held to the tolerance.
-ROTARY_RADIUS = 1.0 / DEGREE
+def axis_scale(axes: str, degree_mm: float) -> Floats:
+    """Return what the columns of axes are multiplied by to be mm: 1, and of the rotary ones the radius at which a degree is so many mm.
 
-
-def axis_scale(axes: str) -> Floats:
-    """Return what the columns of axes are multiplied by to be mm: `ROTARY_RADIUS` for the rotary ones, 1 else."""
+    At this radius rotary axes are held to the tolerance.
+    """
     out = np.ones(len(axes))
-    out[metric_columns(axes)[2]] = ROTARY_RADIUS
+    out[metric_columns(axes)[2]] = degree_mm / DEGREE
     return out
 
 
@@ -67,7 +66,7 @@ def chord_reserve(machine: Machine, axes: str) -> float:
         axes: Letters of the program's axes.
     """
     given = machine.chord_tolerance_mm
-    if (axis_scale(axes) != 1.0).any():
+    if any(map(is_rotary, axes)):
         return given
     limits = [machine.axes[letter].max_acceleration for letter in axes if letter in machine.axes]
     return min(given, float(np.linalg.norm(limits)) * machine.period_s**2 / 8.0)
@@ -113,7 +112,7 @@ class AxisLimits:
             period_s=machine.period_s,
             chord_mm=machine.chord_tolerance_mm,
             centripetal=centripetal,
-            scale=axis_scale(letters),
+            scale=axis_scale(letters, machine.degree_mm),
         )
 
     def in_mm(self) -> AxisLimits:

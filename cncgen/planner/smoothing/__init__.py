@@ -14,8 +14,7 @@ order in which data passes them:
 `fitted`, which `cncgen convert` uses, is a fit of its own.
 """
 
-from cncgen.planner.limits.axis_limits import ROTARY_RADIUS
 from cncgen.planner.smoothing.stream import smooth
 from cncgen.planner.smoothing.tolerance_split import chord_speed_within
 
-__all__ = ["ROTARY_RADIUS", "chord_speed_within", "smooth"]
+__all__ = ["chord_speed_within", "smooth"]

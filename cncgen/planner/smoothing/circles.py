@@ -46,7 +46,7 @@ def goes_on(parts: Toolpath, starts: Floats, two: Ints) -> Bools:
     apart = parts.arcs.centre[parts.curve[two]] - parts.arcs.centre[parts.curve[one]]
     apart -= np.einsum("ij,ij->i", apart, normal)[:, None] * normal
     before, after = arcs_of(parts, starts, one), arcs_of(parts, starts, two)
-    scale, arc = axis_scale(parts.axes), np.arange(len(two))
+    scale, arc = axis_scale(parts.axes, parts.degree_mm), np.arange(len(two))
     leave, entry = before.evaluate(arc, before.sweep, 1)[1], after.evaluate(arc, np.zeros(len(two)), 1)[1]
     ways = [x1 * scale / np.linalg.norm(x1[:, :3], axis=1)[:, None] for x1 in (leave, entry)]
     turn = np.maximum(np.linalg.norm(ways[1] - ways[0], axis=1), np.linalg.norm(other - normal, axis=1))
@@ -108,7 +108,7 @@ class Circles:
         angle = turned + 2.0 * np.pi * np.round((gone - turned) / (2.0 * np.pi))
         arcs = ArcTable(middle, normal, angle[at + count - 1])
         whole = spirals(arcs, begin, parts.end[stop - 1])
-        miss = (whole.evaluate(of, angle, 0)[0] - parts.end[rows]) * axis_scale(parts.axes)
+        miss = (whole.evaluate(of, angle, 0)[0] - parts.end[rows]) * axis_scale(parts.axes, parts.degree_mm)
         far = np.linalg.norm(centre - middle[of], axis=1)
         off = np.maximum.reduceat(1.5 * np.linalg.norm(miss, axis=1), at) + np.maximum.reduceat(2.5 * far, at)
         forth = np.diff(angle, prepend=0.0)

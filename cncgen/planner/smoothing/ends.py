@@ -129,7 +129,7 @@ def _curve_ends(rows: Toolpath, path: Path, before: tuple[bool, float]) -> _Curv
     one, two = one[pair], two[pair]
     if not one.size:
         return _CurveEnds(rough, reach)
-    scale = axis_scale(rows.axes)
+    scale = axis_scale(rows.axes, rows.degree_mm)
     left = path.evaluate(path.row_s[one + 1], 2, -1) * scale
     right = path.evaluate(path.row_s[two], 2, 1) * scale
     turn, step = (np.linalg.norm(right[k] - left[k], axis=1) for k in (1, 2))

@@ -59,7 +59,7 @@ def _runs(borders: NDArray[np.int64]) -> list[tuple[int, int]]:
 
 def _borders(rows: Toolpath, tolerance: float) -> NDArray[np.int64]:
     """Return where runs begin, 0 and the number of rows among them."""
-    scale = axis_scale(rows.axes)
+    scale = axis_scale(rows.axes, rows.degree_mm)
     n = len(rows)
     asked = replace(rows, path_mode=np.zeros(n, np.int8), tolerance=np.full(n, tolerance))
     classes = classify(asked, rows.path, scale)
@@ -80,7 +80,7 @@ def _fitted(rows: Toolpath, first: int, last: int, tolerance: float) -> Toolpath
     part = between(rows, first, last)
     if last - first < LEAST_ROWS:
         return part
-    table = fit_run(part.path, tolerance, axis_scale(part.axes))
+    table = fit_run(part.path, tolerance, axis_scale(part.axes, part.degree_mm))
     one = part.columns(slice(0, 1)) | {"end": part.end[-1:], "curve": np.zeros(1, np.int64)}
     one["kind"] = np.array([Kind.NURBS], np.int8)
     return replace(part, arcs=empty_arcs(), nurbs=table, events=(), **one)

@@ -51,7 +51,7 @@ def smooth(chunks: Iterable[Toolpath], machine: Machine | None = None) -> Iterat
 
     Runs of LINE and ARC rows under G64, and the ends of NURBS rows that meet their neighbours in corners, become NURBS
     rows of degree 4 that stay within the tolerance of their rows: the distance over all axes, one degree counted as one
-    millimetre (`ROTARY_RADIUS`), is at most P. G61, G61.1, the rest of NURBS rows, rows that are not
+    millimetre (`axis_scale`), is at most P. G61, G61.1, the rest of NURBS rows, rows that are not
     measured by X Y Z, corners of more than 166°, and places where rapids and feeds meet or the axes rest are met exactly; so is the path
     where its tolerance is 0 or not known.
 
@@ -226,7 +226,11 @@ class _Looked:
     @classmethod
     def of(cls, stretches: Stretches, free: Bools, chords: Chords, goes_on: bool) -> _Looked:
         """Look at rows, of which some NURBS are `free` to be smoothed; whether the first run of them goes on from a seam."""
-        rows, path, scale = stretches.rows, stretches.rows.path, axis_scale(stretches.rows.axes)
+        rows, path, scale = (
+            stretches.rows,
+            stretches.rows.path,
+            axis_scale(stretches.rows.axes, stretches.rows.degree_mm),
+        )
         classes = classify(rows, path, scale, free, chords)
         run = np.cumsum(classes.parts) - 1
         several = np.bincount(run, classes.fits) > 1
@@ -274,7 +278,7 @@ class _Done:
         )
         if not self._runs:
             return passed if len(rows) else None
-        made, of = rows_of(self._runs, parts, axis_scale(parts.axes))
+        made, of = rows_of(self._runs, parts, axis_scale(parts.axes, parts.degree_mm))
         both, source = join([made, passed]), np.concatenate([of, rows])
         order = np.argsort(source, kind="stable")
         out = chosen(both, order, parts.starts[rows[0]] if source[order[0]] != of[0] else made.start)

@@ -60,7 +60,7 @@ class Stretches:
         round_on = goes_on(parts, places[:-1], turning)
         arcs = np.union1d(turning, turning - 1)
         curved = arcs_of(parts, places[:-1], arcs).length
-        scaled = places * axis_scale(parts.axes)
+        scaled = places * axis_scale(parts.axes, parts.degree_mm)
         steps = np.diff(scaled, axis=0)
         length = np.sqrt(np.einsum("ij,ij->i", steps, steps))
         length[arcs] = curved

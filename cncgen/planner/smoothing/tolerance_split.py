@@ -117,7 +117,7 @@ def chord_speed_within(
     if not narrow.any():
         return None
     left = np.where(narrow, chord_left(toolpath.chord_tolerance, chord_mm), np.inf)
-    scale = axis_scale(toolpath.axes)
+    scale = axis_scale(toolpath.axes, toolpath.degree_mm)
     path = toolpath.path
 
     def speed(s: Floats, x: Floats) -> Floats:

@@ -50,8 +50,10 @@ def _cornered(toolpath: Toolpath) -> Toolpath:
     path, rows = _curves(toolpath)
     if not len(rows):
         return toolpath
-    of, part, x = chords(path, rows, _FINE * toolpath.tolerance[rows], axis_scale(toolpath.axes))
-    sharp = _sharp(of, x, toolpath.end[rows], axis_scale(toolpath.axes))
+    of, part, x = chords(
+        path, rows, _FINE * toolpath.tolerance[rows], axis_scale(toolpath.axes, toolpath.degree_mm)
+    )
+    sharp = _sharp(of, x, toolpath.end[rows], axis_scale(toolpath.axes, toolpath.degree_mm))
     cut: list[Toolpath] = []
     done = 0
     for k in np.unique(of[sharp]).tolist():
@@ -131,7 +133,9 @@ def _as_chords(toolpath: Toolpath, path: Path, rows: Ints, share: float) -> Tool
     """Return a toolpath with chords in place of some of its rows, that take a part of their tolerance."""
     if not len(rows):
         return toolpath
-    of, part, x = chords(path, rows, share * toolpath.tolerance[rows], axis_scale(toolpath.axes))
+    of, part, x = chords(
+        path, rows, share * toolpath.tolerance[rows], axis_scale(toolpath.axes, toolpath.degree_mm)
+    )
     inner = part > 0.0
     # A chord that begins inside of a row ends the one before it.
     row = np.concatenate([np.arange(len(toolpath)), rows[of[inner]]])
@@ -151,7 +155,7 @@ def _tight(toolpath: Toolpath) -> Ints:
     """Return which rows are arcs that bend as sharply all along."""
     path = toolpath.path
     arcs = np.flatnonzero((toolpath.kind == Kind.ARC) & loose(toolpath) & path.moves_xyz)
-    bend = norm(path.evaluate(path.row_s[arcs], 2, 1)[2] * axis_scale(toolpath.axes))
+    bend = norm(path.evaluate(path.row_s[arcs], 2, 1)[2] * axis_scale(toolpath.axes, toolpath.degree_mm))
     # A chord is √(8 · part · P R) long.
     return arcs[8.0 * _FINE * toolpath.tolerance[arcs] * bend > _TURN**2]
 

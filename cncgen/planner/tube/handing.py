@@ -236,6 +236,7 @@ class Hand:
             feed_mode=np.where(program.column("rapid")[own], FeedMode.RAPID, FeedMode.SPEED).astype(np.int8), path_mode=np.full(n, PathMode.CONTINUOUS, np.int8),
             tolerance=program.column("tolerance")[own], curve=np.full(n, -1, np.int64), line=program.column("line")[own],
             source=program.column("source")[own].astype(np.int16), arcs=empty_arcs(), nurbs=empty_nurbs(len(template.axes)), events=(), sources=template.sources,
+            degree_mm=template.degree_mm,
         )  # fmt: skip
         return Trajectory(toolpath, row_s, profile, cubics=cubics, **due)
 

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from cncgen.geometry.linearize import chords
 from cncgen.geometry.path import STANDSTILL, Path
-from cncgen.planner.limits.axis_limits import ROTARY_RADIUS, axis_scale
+from cncgen.planner.limits.axis_limits import axis_scale
 from cncgen.planner.smoothing.runs import SHARPEST, loose, rapid, rests
 from cncgen.ranges import FEEDS
 from cncgen.toolpath.record import FeedMode, Kind, PathMode, Toolpath
+from cncgen.units import DEGREE
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -71,6 +72,8 @@ class Programmed:
         self.ended = False
         self.axes = ""
         self.scale: Floats = np.ones(0)
+        #: mm by which a radian of a rotary axis counts.
+        self.radius = 1.0 / DEGREE
         self._chord, self._fastest = chord_mm, fastest
         self._chunks: list[_Chunk] = []
         self._columns: dict[str, list[np.ndarray]] = {}
@@ -135,7 +138,8 @@ class Programmed:
 
     def _add(self, toolpath: Toolpath) -> None:
         if not self.axes:
-            self.axes, self.scale = toolpath.axes, axis_scale(toolpath.axes)
+            self.axes, self.scale = toolpath.axes, axis_scale(toolpath.axes, toolpath.degree_mm)
+            self.radius = toolpath.degree_mm / DEGREE
             self._chords = *self._chords[:2], np.zeros((0, len(self.scale)))
         self.sources = toolpath.sources
         rows = np.flatnonzero((toolpath.kind != Kind.EVENT) & (toolpath.path.row_length > 0.0))
@@ -180,7 +184,7 @@ class Programmed:
         # well; the ends of a curve do not tell whether they do. Rapids have none.
         swift = rapid(toolpath)[rows]
         over = path.measured_by[rows]
-        bound = np.where(over == 2, ROTARY_RADIUS * feed, feed)
+        bound = np.where(over == 2, self.radius * feed, feed)
         bound = np.where((over == 3) | (swift & (over > 0)), self._fastest, bound)
         turns = (toolpath.end[rows] != toolpath.starts[rows])[:, 3:].any(axis=1)
         turns |= (toolpath.kind[rows] == Kind.NURBS) & (len(toolpath.axes) > 3)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cncgen.geometry import elementary
 from cncgen.geometry.path import metric_columns
-from cncgen.planner.limits.axis_limits import ROTARY_RADIUS, lowered
+from cncgen.planner.limits.axis_limits import lowered
 from cncgen.planner.tube.programmed import Programmed
 from cncgen.planner.tube.reference_path import REST, Grid, Reference
 from cncgen.planner.tube.scales import Scales
@@ -371,7 +371,7 @@ class _Laid:
         feed, tolerance = self.column("bound"), part * self.column("tolerance")[self.row]
         # The way that feeds count: s of a row that turns alone is in rad.
         turns = self.column("over")[self.row] == 2
-        node = np.cumsum(np.diff(self.node, prepend=self.node[0]) * np.where(turns, ROTARY_RADIUS, 1.0))
+        node = np.cumsum(np.diff(self.node, prepend=self.node[0]) * np.where(turns, self.program.radius, 1.0))
         corner, row, narrow, turn = self.corners
         before, after = along.copy(), along.copy()
         before[corner], after[corner] = self.column("leave")[row - 1], self.column("entry")[row]

@@ -11,7 +11,7 @@ from cncgen.diagnostics import NoPlanError
 from cncgen.geometry import nurbs
 from cncgen.geometry.corridor import CorridorError
 from cncgen.geometry.tables import ArcTable
-from cncgen.planner.smoothing import ROTARY_RADIUS, smooth, stream
+from cncgen.planner.smoothing import smooth, stream
 from cncgen.toolpath.record import Event, FeedMode, Kind, PathMode, Toolpath
 from cncgen.toolpath.slicing import join
 from tests.geometry.nearest import distances, samples
@@ -299,7 +299,7 @@ def test_further_axes_follow_within_their_equivalent() -> None:
     np.testing.assert_allclose(x[:, 1:3], 0, atol=1e-12)
     programmed = np.interp(x[:, 0], [0, 10, 20, 30], [0, 0, 1, 0.2])
     # X moves by the tolerance too, and A turns 0.1 rad a mm.
-    assert np.abs(x[:, 3] - programmed).max() <= 0.01 / ROTARY_RADIUS + 0.01 * 0.1
+    assert np.abs(x[:, 3] - programmed).max() <= 0.01 * np.radians(1.0) + 0.01 * 0.1
     assert_smooth(result)
 
 
