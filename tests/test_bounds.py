@@ -274,6 +274,7 @@ def test_the_search_of_a_short_program_ends_with_a_warning(
     (tmp_path / "p.nc").write_text(loop)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("cncgen.planner.tube.stream._MOST", 10_000)
+    monkeypatch.setattr("cncgen.planner.tube.stream._OF_SECONDS", 0)
     code, said = said_of(("plan", "p.nc", "-m", "xy-table", "-o", "o.csv"), capfd)
     assert code == 0
     assert said.count("warning[search-ends]") == 1

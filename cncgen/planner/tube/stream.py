@@ -40,9 +40,11 @@ _SMALLEST, _ATTEMPTS = 100, ((1.0, 1.0), (1.0, 2.0), (0.4, 1.0), (0.1, 1.0))
 _CLOSEST = 8.0
 #: A motion that is not faster by this part stays as it was.
 _LESS = 1e-5
-#: Units that a plan has by default, more for each line of the program beyond a number of them (a long program is not an endless one),
-#: and units that a step of --max-steps allows.
+#: Units of 10 µs that a plan has by default, more for each line of the program beyond a number of them (a long program is not an endless
+#: one), and units that a step of --max-steps allows.
 _MOST, _OF_A_LINE, _LINES, _OF_A_STEP = 200_000, 1000, 500, 400
+#: More units for each second of the motion, of which computing may take a quarter, up to a number of them.
+_OF_A_SECOND, _OF_SECONDS = 25_000, 300_000
 
 
 class Tube:
@@ -297,6 +299,7 @@ class Tube:
         line = self.program.column("line")[rows]
         self.last_line = max(self.last_line, int(line.max()))
         self.search.bound = self.most + _OF_A_LINE * max(self.last_line - _LINES, 0)
+        self.search.bound += min(int(_OF_A_SECOND * nodes.t[-1]), _OF_SECONDS)
         if self.ended or self.search.units <= self.search.bound:
             return not self.ended
         self.ended = True

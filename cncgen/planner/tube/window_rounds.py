@@ -88,7 +88,6 @@ class Rounds:
         motion: The motion found by that search, over all axes.
         exact: Whether it holds all that the search is given, from where the window begins.
         tangent: Shape (nodes, axes), those of the planes of nodes.
-        bounded: Whether the times between nodes without planes are.
         early: Whether where it begins is only expected.
         changed: Whether judging it has changed what the next one is given.
         units: The work of the rounds that is not counted yet.
@@ -109,7 +108,7 @@ class Rounds:
         self.bounds = bounds.within(float(allowed.max()), float(fastest))
         self.columns = moving(window.state, nodes)
         self.number, self.units, self.exact, self.changed, self.early = -1, 0, False, False, False
-        self.tangent, self.bounded = nodes.tangent, False
+        self.tangent = nodes.tangent
         self._radius, self._held = nodes.radius, np.zeros(len(nodes), bool)
         self._own = vertex_nodes(window)
         self._parts = [(0, len(nodes))]
@@ -275,7 +274,7 @@ class Rounds:
         jerk = self.bounds.jerk[self.columns]
         weakest = float(jerk.min())
         usual = _LONGEST * SPACING[0] * elementary.cbrt(self.allowed / weakest)
-        return np.where(self.bounded & (loose | np.append(loose[:1], loose[:-1])), usual, np.inf)
+        return np.where(loose | np.append(loose[:1], loose[:-1]), usual, np.inf)
 
 
 def moving(start: Floats, nodes: Nodes) -> Ints:

@@ -87,7 +87,7 @@ class WindowSearch:
             return found
         # There are many local optima: the faster one of two searches counts.
         rounds = self._rounds(window)
-        rounds.tangent, rounds.bounded = window.nodes.looser, True
+        rounds.tangent = window.nodes.looser
         other = self._searched(rounds, window, None)
         if other is None or (found is not None and found.step.sum() <= other.step.sum()):
             return found

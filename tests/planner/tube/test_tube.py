@@ -1230,7 +1230,11 @@ def test_a_window_without_a_motion_is_searched_a_second_time_whatever_that_took(
     """Lines of a program, each cut in two, took 9 % longer than whole, as the search of a window with near corners found nothing."""
     to_end = Rounds.to_end
     monkeypatch.setattr(window_search, "_CHEAP", -1.0)
-    monkeypatch.setattr(Rounds, "to_end", lambda self, *given: self.bounded and to_end(self, *given))
+    monkeypatch.setattr(
+        Rounds,
+        "to_end",
+        lambda self, *given: self.tangent is self.window.nodes.looser and to_end(self, *given),
+    )
     text = "G21 G90 G94 F6000\nG64 P0.1\nG1 X10 Y0\nG1 X10 Y0.2\nG1 X0 Y10\nM2\n"
     along, _ = planned(text, machine(), options=cncgen.PlanOptions(effort="fast"))
     seconds, broken = planned(text, machine())
