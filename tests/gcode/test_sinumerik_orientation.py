@@ -214,5 +214,50 @@ def test_torot_turns_the_coordinates_to_the_tool(
     np.testing.assert_allclose(back.end[back.kind < 3], plain.end[plain.kind < 3], atol=1e-9)
 
 
-def test_torot_without_a_tool_that_turns_is_refused(run: Any) -> None:
-    assert [code for code, *_ in run("TOROT\nG0 X1\nM30", dialect="sinumerik").errors] == ["tcp-machine"]
+COS = 5.0 * 3**0.5
+
+
+@pytest.mark.parametrize(
+    ("said", "shift", "ways"),
+    [
+        # A frame of a rotation alone: the shift of TRANS ends. The head at A30 points to t = (0, -sin 30, cos 30).
+        ("TOFRAME", (0, 0, 0), [(10, 0, 0), (0, COS, 5), (0, -5, COS)]),
+        ("TOFRAMEZ", (0, 0, 0), [(10, 0, 0), (0, COS, 5), (0, -5, COS)]),
+        ("TOROTZ", (7, 8, 9), [(10, 0, 0), (0, COS, 5), (0, -5, COS)]),
+        # Y along t; the new Z in the plane Y Z of before, a right angle on from Y: (0, -cos 30, -sin 30); X = Y x Z.
+        ("TOROTY", (7, 8, 9), [(10, 0, 0), (0, -5, COS), (0, -COS, -5)]),
+        ("TOFRAMEY", (0, 0, 0), [(10, 0, 0), (0, -5, COS), (0, -COS, -5)]),
+        # X along t; the new Y in the plane X Y of before, square to t: X of before; Z = X x Y = (0, cos 30, sin 30).
+        ("TOROTX", (7, 8, 9), [(0, -5, COS), (10, 0, 0), (0, COS, 5)]),
+        ("TOFRAMEX", (0, 0, 0), [(0, -5, COS), (10, 0, 0), (0, COS, 5)]),
+    ],
+)
+def test_an_axis_of_the_frame_is_along_the_tool(
+    run: Any, said: str, shift: tuple[float, ...], ways: list[tuple[float, ...]]
+) -> None:
+    """Function Manual Axis Types 08/2005, 2.4, p. 104: the tool's direction is Z, Y or X, and X, Z or Y the secondary axis; all but TOROT were refused."""
+    text = f"TRAORI\nTRANS X7 Y8 Z9\nG0 X1 Y2 Z3 A30\n{said}\nG0 X0 Y0 Z0\nX10\nX0 Y10\nY0 Z10\nTOROTOF\nTRANS\nX0 Y0 Z0\nTRAFOOF\nM30"
+    out = run(text, dialect="sinumerik", kinematics=FORK)
+    assert out.errors == []
+    assert any(said in d.message for d in out.diagnostics if d.code == "swivel-frame")
+    ends = out.path.end[out.path.kind < 3, :3]
+    origin = ends[-5]
+    np.testing.assert_allclose(origin - ends[-1], shift, atol=1e-9)
+    np.testing.assert_allclose(ends[-4:-1] - origin, ways, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("TOROT", "tcp-machine"),
+        ("TOFRAMEX", "tcp-machine"),
+        ("TRAORI\nTOROTX", "plane-points"),
+        ("TRAORI\nSCALE X2 Y2 Z2\nTOROT", "not-read"),
+        ("TRAORI\nMIRROR X0\nTOROTY", "not-read"),
+    ],
+)
+def test_torot_of_what_it_cannot_turn_is_refused(run: Any, text: str, code: str) -> None:
+    """No tool that turns; a tool along Z, where both axes beside X lie in the plane X Y; scales, which TOROT took out without a word."""
+    kinematics = FORK if "TRAORI" in text else None
+    out = run(f"{text}\nG0 X1\nM30", dialect="sinumerik", kinematics=kinematics)
+    assert [found for found, *_ in out.errors] == [code]

@@ -923,7 +923,7 @@ def test_isfile_looks_for_a_program(run: Run) -> None:
     assert ends(run, text)[-1] == [1, 0, 1]
 
 
-@pytest.mark.parametrize("line", ["GEOAX(1,U)", "TANGON(C,0)", "TOFRAME", "REPOSA", "CUT3DCC", "SON"])
+@pytest.mark.parametrize("line", ["GEOAX(1,U)", "TANGON(C,0)", "TCARR", "REPOSA", "CUT3DCC", "SON"])
 def test_commands_that_would_move_otherwise_are_refused_by_name(run: Run, line: str) -> None:
     """TANGON, REPOSA and SON were called no commands."""
     assert [code for code, *_ in run(f"{line}\nG0 X1\nM30", dialect="sinumerik").errors] == ["not-read"]

@@ -41,7 +41,7 @@ _ACCEPTED = frozenset(
      "CDOF", "CDOF2", "CDON", "CUT2D", "CUT2DF", "WALIMON", "WALIMOF", "DYNNORM", "DYNPOS", "DYNROUGH", "DYNSEMIFIN", "DYNFINISH",
      "DYNPREC", "SBLON", "SBLOF", "DISPLOF", "DISPLON", "FNORM", "FLIN", "FCUB", "CPRECON", "CPRECOF", "POLYPATH", "BAUTO", "BNAT",
      "BTAN", "EAUTO", "ENAT", "ETAN", "NEWCONF", "WAITP", "FPRAOFF", "LFON", "LFOF", "LFTXT", "LFWP", "LFPOS", "SPCON", "SPCOF", "SAVE", "ACTBLOCNO",
-     "DELAYFSTON", "PCALL", "DELAYFSTOF", "IPTRLOCK", "IPTRUNLOCK", "FENDNORM", "ORIC", "ORID", "OSC", "OSS", "OSSE", "OSD", "OST", "OSOF", "PAROTOF", "TOFFOF", "TOFRAMEOF", "CUTMODOF", "CUTCONOF", "STOPREOF", "CLGOF", "GWPSOF", "TMOF", "FTOCOF", "POLFMASK", "POLFMLIN", "DRFOF", "LIFTFAST", "CP",
+     "DELAYFSTON", "PCALL", "DELAYFSTOF", "IPTRLOCK", "IPTRUNLOCK", "FENDNORM", "ORIC", "ORID", "OSC", "OSS", "OSSE", "OSD", "OST", "OSOF", "PAROTOF", "TOFFOF", "CUTMODOF", "CUTCONOF", "STOPREOF", "CLGOF", "GWPSOF", "TMOF", "FTOCOF", "POLFMASK", "POLFMLIN", "DRFOF", "LIFTFAST", "CP",
      # Coordinates in which wear of tools counts, which the tool table has none of.
      "TOWSTD", "TOWWCS", "TOWBCS", "TOWMCS", "TOWTCS", "TOWKCS",
     ]
@@ -61,7 +61,6 @@ _NAMED_NOT_READ = {
     **dict.fromkeys(("REPOSA", "REPOSL", "REPOSQ", "REPOSH", "REPOSQA", "REPOSHA"), "the way back to the contour after an interrupt"),
     **dict.fromkeys(("DISPR", "RMIBL", "RMBBL", "RMEBL", "RMNBL"), "the place for the way back to the contour"),
     **dict.fromkeys(("SON", "SONS", "PON", "PONS", "SPIF1", "SPIF2"), "punching and nibbling"),
-    **dict.fromkeys(("TOFRAME", "TOFRAMEX", "TOFRAMEY", "TOFRAMEZ", "TOROTX", "TOROTY"), "a frame along the tool; TOROT turns the programmed one so"),
     **dict.fromkeys(("TCARR", "TCOABS", "TCOFR", "PAROT"), "an oriented tool carrier or workpiece"),
     **dict.fromkeys(("WHENEVER", "WHEN", "EVERY", "DO", "ID", "IDS"), "a synchronous action"),
     **dict.fromkeys(("PTP", "PTPG0", "PTPWOC"), "motions from point to point under a transformation"),
@@ -476,8 +475,12 @@ _SWITCHES: dict[str, Callable[[Motions], None]] = {
     "TRAORI": _traori,
     "TRAFOOF": _trafoof,
     "TRANSMIT": _transmit,
-    "TOROT": swivelling.turn_to_tool,
-    "TOROTOF": swivelling.turn_back,
+    **{
+        f"{name}{axis}": swivelling.along_tool(f"{name}{axis}")
+        for name in ("TOROT", "TOFRAME")
+        for axis in ("", *"XYZ")
+    },
+    **dict.fromkeys(("TOROTOF", "TOFRAMEOF"), swivelling.turn_back),
     # X is a diameter, in G90 alone, or a radius.
     "DIAMON": _sets("diameter", "G90 G91"),
     "DIAM90": _sets("diameter", "G90"),

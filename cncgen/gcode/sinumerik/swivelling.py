@@ -12,7 +12,7 @@ On a machine with kinematics the rotary axes turn, and a frame around the others
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from cncgen.gcode.budget import FRAME
@@ -33,6 +33,8 @@ _IN_TURN, _SOLID, _PROJECTED, _DIRECT = range(4)
 _SOLID_AXES = (2, 1)
 #: The additive plane (ones of ST); a tool that is turned instead of a plane (hundreds).
 _ADDED = 1
+#: Rounding moves a factor of a frame by less than this.
+_TINY = 1e-9
 
 
 class _Call:
@@ -209,32 +211,44 @@ def _turn(motions: Motions, call: _Call, axes: tuple[float, float]) -> None:
 # Frames.
 
 
-def turn_to_tool(motions: Motions) -> None:
-    """TOROT under TRAORI: turn the programmed frame so that Z is along the tool and the new X in the plane Z X of before; its shift stays
-    (840D sl, Fundamentals 09/2011, 12.8 "Frame generation according to tool orientation").
+def along_tool(name: str) -> Callable[[Motions], None]:
+    """Return what TOROT and its kin do under TRAORI: the axis of the last letter, Z without one, is along the tool, and the next one in the order
+    X Y Z X lies in the plane of both of before (840D sl, Fundamentals 09/2011, 12.8; Function Manual Axis Types 08/2005, 2.4, p. 104).
 
-    Raises:
-        BlockError: No TRAORI is in force, or no machine says where the tool points.
+    TOROT sets the rotation of the programmed frame alone, TOFRAME makes a rotation of the whole frame.
     """
-    kinematics = motions.ip.options.kinematics
-    if kinematics is None or motions.ip.state.length_code != affine.FOLLOWED:
-        message = "TOROT turns the coordinates to the tool, and nothing says where that points: TRAORI on a machine with a table [kinematics] does"
-        raise BlockError("tcp-machine", message, "TOROT", hint="CYCLE800 or ROT turns a plane by angles")
-    now = motions.frames
-    motions.refuse_turned_origin("TOROT")
-    direction = kinematics.direction(positions(motions.ip, kinematics))
-    x, y, z = affine.applied(affine.transposed(now.swivelled.matrix), direction)
-    fault = BlockError("plane-points", "TOROT: the tool lies along Y, which leaves the new X open", "TOROT")
-    along = affine.unit((z, 0.0, -x), fault)
-    matrix = affine.of_columns(along, affine.cross((x, y, z), along), (x, y, z))
-    message = "TOROT: the new X axis is taken to lie in the plane Z X of before"
-    hint = "machine data 21110 of the control decides; a ROT before it is replaced"
-    motions.ip.warn_once("swivel-frame", message, "TOROT", hint)
-    take_frames(motions, replace(now, programmable=replace(now.programmable, matrix=matrix)))
+    tool = "XYZ".find(name[-1]) % 3
+    first, second, whole = (tool + 1) % 3, (tool + 2) % 3, name.startswith("TOFRAME")
+
+    def turn(motions: Motions) -> None:
+        kinematics = motions.ip.options.kinematics
+        if kinematics is None or motions.ip.state.length_code != affine.FOLLOWED:
+            message = f"{name} turns the coordinates to the tool, and nothing says where that points: TRAORI on a machine with a table [kinematics] does"
+            raise BlockError("tcp-machine", message, name, hint="CYCLE800 or ROT turns a plane by angles")
+        now = motions.frames
+        motions.refuse_turned_origin(name)
+        direction = kinematics.direction(positions(motions.ip, kinematics))
+        if not whole and any(abs(factor - 1.0) > _TINY for factor in now.programmable.factors()):
+            message = f"{name} within a frame that scales or mirrors is not read"
+            raise BlockError("not-read", message, name, hint="TRANS before it ends SCALE and MIRROR")
+        normal = affine.applied(affine.transposed(now.swivelled.matrix), direction)
+        message = f"{name}: the tool lies along {'XYZ'[second]}, which leaves the new {'XYZ'[first]} open"
+        aside = [0.0, 0.0, 0.0]
+        aside[first], aside[tool] = normal[tool], -normal[first]
+        along = affine.unit((aside[0], aside[1], aside[2]), BlockError("plane-points", message, name))
+        columns = {tool: normal, first: along, second: affine.cross(normal, along)}
+        matrix = affine.of_columns(*(columns[k] for k in range(3)))
+        message = f"{name}: the new {'XYZ'[first]} axis is taken to lie in the plane {'XYZ'[tool]} {'XYZ'[first]} of before"
+        hint = "machine data 21110 of the control decides; a ROT before it is replaced"
+        motions.ip.warn_once("swivel-frame", message, name, hint)
+        shift, added = (affine.NO_SHIFT,) * 2 if whole else (now.programmable.shift, now.added)
+        take_frames(motions, replace(now, programmable=affine.Frame(matrix, shift), added=added))
+
+    return turn
 
 
 def turn_back(motions: Motions) -> None:
-    """TOROTOF: end the rotation that TOROT has put into the programmed frame."""
+    """TOROTOF: end the rotation that TOROT or TOFRAME has put into the programmed frame."""
     now = motions.frames
     take_frames(motions, replace(now, programmable=replace(now.programmable, matrix=affine.UNIT)))
 
