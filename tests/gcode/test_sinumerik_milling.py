@@ -243,3 +243,40 @@ def test_rows_narrower_than_the_radius_begin_beside_the_face(run: Run, cycle: st
     across = 0 if "41,0)" in cycle else 1
     places = out.path.end[out.path.end[:, 2] == -1.0][:, across].tolist()
     assert list(dict.fromkeys(places)) == rows
+
+
+ENGRAVED = "G17 G90 G94 S900 M3 F300\nG0 X0 Y0 Z50\nCYCLE60({})\nM30\n"
+
+
+def test_text_is_engraved_along_a_line(run: Any) -> None:
+    """I is a stroke of the height of capitals: two of them 6 high and 3 apart, from (10, 20) on along Y, 0.3 below RFP.
+
+    Traverse to RTP and RFP + SDIS, FFD downwards, FFP1 along, up to SDIS between letters and to RTP at the end (Programming Guide, Cycles).
+    """
+    out = run(ENGRAVED.format('"II",30,1,2,,0.3,10,20,90,0,0,6,3,80,400,0,1252'), dialect="sinumerik")
+    assert out.errors == []
+    assert sorted({d.code for d in out.diagnostics}) == ["cycle-parameters", "engraving-letters"]
+    rows = out.path.kind < 3
+    found = np.column_stack((out.path.end[rows, :3], out.path.feed[rows] * 60.0)).round(9)
+    cuts = out.path.feed_mode[rows] != FeedMode.RAPID
+    assert found[cuts].tolist() == [
+        [10, 20, 0.7, 80], [4, 20, 0.7, 400], [10, 23, 0.7, 80], [4, 23, 0.7, 400],
+    ]  # fmt: skip
+    assert found[~cuts, :3].tolist() == [
+        [0, 0, 50], [0, 0, 30], [10, 20, 30], [10, 20, 3], [4, 20, 3], [10, 23, 3], [4, 23, 3], [4, 23, 30],
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        ('"",30,1,2,,0.3,10,20,90,0,0,6,3,80,400,0', "cycle-words"),
+        (",30,1,2,,0.3,10,20,90,0,0,6,3,80,400,0", "cycle-words"),
+        ('"<#,_VAR>",30,1,2,,0.3,10,20,90,0,0,6,3,80,400,0', "not-read"),
+        ('"A",30,1,2,,0.3,10,20,90,0,0,6,3,80,400,10', "not-read"),
+        ('"A",30,1,2,,0.3,10,20,90,0,0,0,3,80,400,0', "cycle-words"),
+        ('"A",30,1,2,5,,10,20,90,0,0,6,3,80,400,0', "cycle-depth"),
+    ],
+)
+def test_a_text_that_is_not_read_is_refused(run: Any, words: str, code: str) -> None:
+    assert [found for found, *_ in run(ENGRAVED.format(words), dialect="sinumerik").errors] == [code]

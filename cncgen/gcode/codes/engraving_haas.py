@@ -13,7 +13,7 @@ import re
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.flat_cutter import FlatCutter
-from cncgen.gcode.codes.letters import strokes
+from cncgen.gcode.codes.letters import engraved, strokes
 from cncgen.gcode.codes.lines import check_cycle_feed
 from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.interpreter import Interpreter
@@ -45,13 +45,7 @@ def engrave(ip: Interpreter, block: Block) -> None:
     feed, above, depth = ip.state.feed, words.get("r", ip.state.position[2]), end[2]
     cutter = FlatCutter(ip, complex(*end[:2]), cmath.rect(1.0, math.radians(words.get("i", 0.0))))
     cutter.to(0j, rapid=True)
-    for stroke in strokes(text, height):
-        cutter.to(z=above, rapid=True)
-        cutter.to(stroke[0], rapid=True)
-        cutter.plunge(depth, words.get("e", feed), feed)
-        for point in stroke[1:]:
-            cutter.to(point)
-    cutter.to(z=above, rapid=True)
+    engraved(cutter, strokes(text, height), (above, depth), (words.get("e", feed), feed))
 
 
 def _text_of(ip: Interpreter, block: Block) -> str:

@@ -5,7 +5,10 @@ A glyph is strokes of points XY on a grid: capitals are 6 high and up to 4 wide,
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cache
+
+from cncgen.gcode.codes.flat_cutter import FlatCutter
 
 Stroke = tuple[complex, ...]
 _CAPITAL, _GAP, _BLANK = 6.0, 2.0, 4.0
@@ -26,6 +29,8 @@ _GLYPHS = {
     "(": "16050110", ")": "06151100", "*": "0343 1135 1531", "!": "00 0206", "?": "0516364544332322 20", "'": "0506", "<": "450341", ">": "054301",
 }  # fmt: skip
 _UNKNOWN = "0006464000"
+#: What lies between two letters, as a part of the height of capitals.
+GAP = _GAP / _CAPITAL
 
 
 @cache
@@ -49,3 +54,17 @@ def strokes(text: str, height: float, gap: float = 1.0) -> list[Stroke]:
         found += [tuple((point + at) * scale for point in stroke) for stroke in glyph]
         at += width + _GAP * gap
     return found
+
+
+def engraved(
+    cutter: FlatCutter, letters: Iterable[Stroke], levels: tuple[float, float], feeds: tuple[float, float]
+) -> None:
+    """Cut strokes, from a height above the part down to a depth, at the feeds downwards and along; the tool ends above."""
+    above, depth = levels
+    for stroke in letters:
+        cutter.to(z=above, rapid=True)
+        cutter.to(stroke[0], rapid=True)
+        cutter.plunge(depth, *feeds)
+        for point in stroke[1:]:
+            cutter.to(point)
+    cutter.to(z=above, rapid=True)

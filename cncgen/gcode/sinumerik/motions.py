@@ -23,6 +23,7 @@ from cncgen.gcode.sinumerik import (
     corner_turning,
     curves,
     cycles,
+    engraving,
     faces,
     feeds_and_tools,
     frame_variables,
@@ -62,7 +63,7 @@ _FED = frozenset((10, 20, 30, 50))
 #: The state that a contour may change while it is only examined.
 _EXAMINED = ("motion", "absolute", "pole", "polar", "rounding", "diameter", "modal", "heading", "path", "curve", "here")  # fmt: skip
 _CYCLES = {
-    **cycles.CYCLES, "CYCLE800": swivelling.swivel, "CYCLE61": faces.face_of_blank, "CYCLE71": faces.face, "CYCLE76": faces.rectangle,
+    **cycles.CYCLES, "CYCLE800": swivelling.swivel, "CYCLE60": engraving.engrave, "CYCLE61": faces.face_of_blank, "CYCLE71": faces.face, "CYCLE76": faces.rectangle,
     "CYCLE77": faces.circle, "POCKET3": pockets.rectangle, "POCKET4": pockets.circle, "SLOT1": pockets.slots,
     "LONGHOLE": pockets.long_holes, "POCKET1": pockets.old_rectangle, "POCKET2": pockets.old_circle, "SLOT2": pockets.bows,
     "CYCLE70": thread_milling.thread_of_profile, "CYCLE90": thread_milling.thread, "CYCLE93": grooves.groove, **contour_cycles.CYCLES,

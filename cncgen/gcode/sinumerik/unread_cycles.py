@@ -9,7 +9,7 @@ _BEGINNINGS = ("CYCLE", "LCYC", "LONGHOLE", "SLOT", "POCKET", "HOLES")
 _GROOVE, _STOCK = "CYCLE93 cuts grooves", "CYCLE95 roughs and finishes a contour"
 #: The work of a cycle, and the sister that is read. (840D sl, Job planning, "Programming cycles externally")
 _KNOWN = {
-    "CYCLE60": ("engraving", ""), "CYCLE63": ("a pocket or spigot of any contour", "CYCLE72 mills along a contour"),
+    "CYCLE63": ("a pocket or spigot of any contour", "CYCLE72 mills along a contour"),
     "CYCLE64": ("predrilling of a pocket", "CYCLE83 drills"), "CYCLE78": ("drilling and milling of a thread", "CYCLE83 drills, CYCLE70 and CYCLE90 mill threads"),
     "CYCLE79": ("a spigot of several edges", "CYCLE72 mills along a contour"), "CYCLE899": ("an open slot", "SLOT1 and POCKET3 clear closed ones"),
     "CYCLE92": ("cutting off", _GROOVE), "CYCLE930": ("a groove", _GROOVE),
