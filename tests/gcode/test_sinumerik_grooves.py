@@ -96,3 +96,61 @@ def test_corners(cut: Any) -> None:
 )
 def test_what_is_not_cut(cut: Any, cycle: str, code: str) -> None:
     assert [found for found, *_ in cut(cycle.replace(" ", "\n"))[0].errors] == [code]
+
+
+#: Down to 40 at 0.1 and 800 rev/min, to 10 at 0.04 and 400 rev/min, 2 mm above the part.
+CUT_OFF = ["50", "-30", "40", "10", "0", "2", "800", "", "4", "0.1", "0.04", "400", "", "0", "", "2", "0"]
+
+
+def call(**changed: str) -> str:
+    """Return a call of CYCLE92 with other values of some parameters, by their place from 1 on."""
+    words = CUT_OFF.copy()
+    for place, word in changed.items():
+        words[int(place[1:]) - 1] = word
+    return f"CYCLE92({','.join(words)})"
+
+
+def test_cutting_off_in_two_sections(cut: Any) -> None:
+    """840D sl, Operating Manual Turning 02/2012, 8.2.8: to X1 at F and S, to X2 at FR and SR, back to the safety distance in traverse."""
+    out, found = cut(call())
+    assert out.errors == []
+    assert [d.code for d in out.diagnostics if d.severity == "warning"] == ["cycle-parameters"]
+    assert found == [[30, -30, 0], [27, -30, 0], [20, -30, 1], [5, -30, 1], [27, -30, 0]]
+    path = out.path
+    cuts = (path.kind != Kind.EVENT) & (path.feed_mode != FeedMode.RAPID)
+    # Feeds a revolution, times the speed of each section; then F0.1 of the program counts again.
+    assert (path.feed[cuts] * 60.0).tolist() == pytest.approx([0.1 * 800, 0.04 * 400])
+    speeds = [event.values["speed_rpm"] for event in path.events if event.name == "spindle"]
+    assert speeds[-2:] == [800, 400]
+
+
+def test_cutting_off_at_a_cutting_speed(cut: Any) -> None:
+    """60 m a minute, at most 3000 rev/min: at the diameter 10 that is 1910; without SS2 it stays there. A pipe: no slower section."""
+    out, found = cut(call(_3="", _7="60", _8="3000"))
+    assert out.errors == []
+    assert found[-2:] == [[5, -30, 1], [27, -30, 0]]
+    cuts = (out.path.kind != Kind.EVENT) & (out.path.feed_mode != FeedMode.RAPID)
+    # G96: at the mean radius of each part of the way, which ends at 10.
+    last = out.path.feed[cuts][-1] * 60.0
+    assert 0.95 * 0.1 * 60e3 / (math.pi * 10) < last <= 0.1 * 60e3 / (math.pi * 10)
+
+
+@pytest.mark.parametrize(
+    ("changed", "code"),
+    [
+        ({"_5": "0.5"}, "not-read"),
+        ({"_14": "1"}, "not-read"),
+        ({"_14": "10"}, "not-read"),
+        ({"_17": "1"}, "not-read"),
+        ({"_17": "10"}, "not-read"),
+        ({"_9": "5"}, "cycle-spindle"),
+        ({"_3": "60"}, "cycle-words"),
+        ({"_4": "45"}, "cycle-words"),
+        ({"_6": "-1"}, "cycle-words"),
+        ({"_12": "-400"}, "cycle-words"),
+        ({"_16": "1"}, "cycle-plane"),
+    ],
+)
+def test_cutting_off_that_is_not_read(cut: Any, changed: dict[str, str], code: str) -> None:
+    out, _ = cut(call(**changed))
+    assert [found for found, *_ in out.errors] == [code]

@@ -1,4 +1,4 @@
-"""CYCLE93 of SINUMERIK: grooves along Z, outside or inside, from the left or the right (840D, turning cycles, "CYCLE93").
+"""CYCLE93 of SINUMERIK: grooves along Z, outside or inside, from the left or the right (840D, turning cycles, "CYCLE93"), and CYCLE92: cutting off.
 
 The shape is the cycle's. The plunges are ours, after the sister cycle CYCLE930 (840D sl, Operating Manual Turning 05/2017, 10.2.3): a groove
 wider than the tool is cut in several plunges, each at most four fifths of its width beside the last. The left corner of the tool is where
@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 from cncgen.gcode.codes.steps import steps_of
 from cncgen.gcode.errors import refuse
 from cncgen.gcode.sinumerik.arcs import follow
-from cncgen.gcode.sinumerik.cycles import Values, filled
+from cncgen.gcode.sinumerik.contour_cycles import at_feed
+from cncgen.gcode.sinumerik.cycles import Values, check_mode_plane, doubt_order, filled, given
 
 if TYPE_CHECKING:
     from cncgen.gcode.sinumerik.motions import Motions
@@ -109,18 +110,28 @@ class _Groove:
             self.to(z, height)
 
 
-def _check(motions: Motions, name: str, v: list[float]) -> None:
-    kind, corners = round(v[15]), max(map(abs, v[7:9])) + max(map(abs, v[9:11]))
-    faults = (
+_Fault = tuple[bool, str, str, str]
+
+
+def _refuse(motions: Motions, name: str, *faults: _Fault) -> None:
+    common = (
         (motions.ip.state.plane != 18, "cycle-words", "works in the plane G18", "G18 stands before it"),
         (motions.diameter == "none", "not-read", "with DIAMOF, where SPD may be a radius, is not read", "DIAMON before it says that X is a diameter"),
+    )  # fmt: skip
+    refuse(name, *((wrong, code, f"{name} {what}", hint) for wrong, code, what, hint in (*common, *faults)))
+
+
+def _check(motions: Motions, name: str, v: list[float]) -> None:
+    kind, corners = round(v[15]), max(map(abs, v[7:9])) + max(map(abs, v[9:11]))
+    _refuse(
+        motions,
+        name,
         (kind not in (1, 3, 5, 7, 11, 13, 15, 17), "not-read", f"with VARI = {kind} (a groove of a face) is not read", "1, 3, 5, 7, or 10 more are along Z"),
         (any(v[4:7]), "not-read", "with slanting walls or on a slope (STA1, ANG1, ANG2) is not read", "they are 0 for a groove at right angles"),
         (v[2] <= 0.0 or v[3] <= 0.0 or min(v[11:14]) < 0.0 or v[11] >= v[3], "cycle-words",
          f"has the width {v[2]:g}, the depth {v[3]:g}, the allowances {v[11]:g} and {v[12]:g}", "WIDG, DIAG, FAL1, FAL2"),
         (corners > v[3], "cycle-words", "has corners larger than it is deep", "RCO1, RCO2, RCI1, RCI2"),
     )  # fmt: skip
-    refuse(name, *((wrong, code, f"{name} {what}", hint) for wrong, code, what, hint in faults))
 
 
 def _width(motions: Motions, name: str, base: float) -> float:
@@ -173,3 +184,51 @@ def _rough(job: _Groove, name: str, v: list[float], from_left: bool) -> None:
     places = [first + (last - first) * k / max(count, 1) for k in range(count + 1)]
     for place in places if from_left else reversed(places):
         job.plunge(place, job.floor(place) + v[11], down, v[14])
+
+
+def cut_off(motions: Motions, name: str, values: Values) -> None:
+    """CYCLE92(SPD, SPL, DIAG1, DIAG2, RC, SDIS, SV1, SV2, SDAC, FF1, FF2, SS2, DIAGM, VARI, DN), then DMODE AMODE; SPD, DIAG1, DIAG2 are diameters.
+
+    Down to DIAG1 at FF1 and SV1, from there to DIAG2 at FF2 and the constant speed SS2, and out to SDIS above SPD in traverse (840D sl, Operating
+    Manual Turning 02/2012, 8.2.8). SV1 is a cutting speed where SV2 bounds the speed of the spindle, else the speed itself.
+    """
+    v = [filled(values, k) for k in range(17)]
+    final, mode, sense = v[3], round(v[16]), round(v[8])
+    slower = final if given(values, 2) is None else v[2]
+    _refuse(
+        motions,
+        name,
+        (v[4] != 0.0, "not-read", f"with RC = {v[4]:g} (a radius, or a chamfer, at the edge) is not read", "write the edge as blocks of its own before it, and RC = 0"),
+        (round(v[13]) != 0, "not-read", f"with VARI = {v[13]:g} (a part catcher, or no retraction) is not read", "VARI = 0 goes out to SDIS above SPD"),
+        (not 0 <= mode < 10_000 or mode % 100 != 0, "not-read", f"with AMODE = {mode} (depths as increments) is not read", "its ones and tens are 0: DIAG1 and DIAG2 are diameters"),
+        (sense not in (0, 3, 4), "cycle-spindle", f"has SDAC = {v[8]:g}", "3 turns as M3, 4 as M4"),
+        (not final <= slower <= v[0] or final >= v[0] or v[5] < 0.0, "cycle-words",
+         f"goes from {v[0]:g} over {slower:g} to {final:g}, {v[5]:g} above the part", "SPD, DIAG1, DIAG2 are diameters that get smaller, SDIS is not below 0"),
+        (min(v[6:8]) < 0.0 or v[11] < 0.0, "cycle-words", f"has the speeds {v[6]:g}, {v[7]:g} and {v[11]:g}", "SV1, SV2, SS2 are not below 0"),
+    )  # fmt: skip
+    check_mode_plane(motions, name, round(v[15]))
+    what = "a cutting speed, bounded by SV2" if v[7] else "the speed of the spindle, since SV2 is 0"
+    doubt_order(
+        motions,
+        name,
+        f"SPD SPL DIAG1 DIAG2 RC SDIS SV1 SV2 SDAC FF1 FF2 SS2: are the values these? SV1 is {what}",
+    )
+    state = motions.ip.state
+    feed, surface = state.feed, None if state.constant_surface is None else state.speed
+    job = _Groove(motions, 1, v[1], v[1], v[0] / 2.0, final / 2.0, (0.0, 0.0), 0.0, v[5])
+    job.begin(v[1])
+    if v[6]:
+        motions.emit({"s": v[6], "d": v[7]} if v[7] else {"s": v[6]}, (960 if v[7] else 970,))
+    if sense:
+        motions.emit({}, (), (10 * sense,))
+    at_feed(motions, v[9] or feed, name)
+    job.to(v[1], slower / 2.0)
+    if slower > final:
+        motions.emit({"s": v[11]} if v[11] else {}, (970,))
+        at_feed(motions, v[10] or v[9] or feed, name)
+        job.to(v[1], final / 2.0)
+    job.to(v[1], v[0] / 2.0 + v[5], rapid=True)
+    if surface is not None:
+        motions.emit({"s": surface}, (960,))
+    if feed:
+        motions.emit({"f": feed})

@@ -66,7 +66,7 @@ _CYCLES = {
     **cycles.CYCLES, "CYCLE800": swivelling.swivel, "CYCLE60": engraving.engrave, "CYCLE61": faces.face_of_blank, "CYCLE71": faces.face, "CYCLE76": faces.rectangle,
     "CYCLE77": faces.circle, "POCKET3": pockets.rectangle, "POCKET4": pockets.circle, "SLOT1": pockets.slots,
     "LONGHOLE": pockets.long_holes, "POCKET1": pockets.old_rectangle, "POCKET2": pockets.old_circle, "SLOT2": pockets.bows,
-    "CYCLE70": thread_milling.thread_of_profile, "CYCLE90": thread_milling.thread, "CYCLE93": grooves.groove, **contour_cycles.CYCLES,
+    "CYCLE70": thread_milling.thread_of_profile, "CYCLE90": thread_milling.thread, "CYCLE92": grooves.cut_off, "CYCLE93": grooves.groove, **contour_cycles.CYCLES,
     **corner_turning.CYCLES,
     **thread_cutting.CYCLES,
 }  # fmt: skip

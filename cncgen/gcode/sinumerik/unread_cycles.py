@@ -12,7 +12,7 @@ _KNOWN = {
     "CYCLE63": ("a pocket or spigot of any contour", "CYCLE72 mills along a contour"),
     "CYCLE64": ("predrilling of a pocket", "CYCLE83 drills"), "CYCLE78": ("drilling and milling of a thread", "CYCLE83 drills, CYCLE70 and CYCLE90 mill threads"),
     "CYCLE79": ("a spigot of several edges", "CYCLE72 mills along a contour"), "CYCLE899": ("an open slot", "SLOT1 and POCKET3 clear closed ones"),
-    "CYCLE92": ("cutting off", _GROOVE), "CYCLE930": ("a groove", _GROOVE),
+    "CYCLE930": ("a groove", _GROOVE),
     **dict.fromkeys(("CYCLE94", "CYCLE96", "CYCLE940"), ("an undercut", "its contour as blocks of G1 and G2")),
     **dict.fromkeys(("CYCLE950", "CYCLE952"), ("stock removal", _STOCK)),
 }  # fmt: skip
