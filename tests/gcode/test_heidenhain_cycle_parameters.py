@@ -25,7 +25,7 @@ USUAL: dict[int, float] = {
     251: 2, 252: 3, 253: 500, 254: 150, 255: 0.1, 256: 0.2, 257: 2, 258: 1, 259: 0.5, 301: 1, 334: 2, 335: 30, 338: 4, 343: 1, 344: 4, 347: 0, 348: 0,
     349: 0, 350: 1, 351: 1, 355: 2, 356: -5, 357: 0.5, 358: -1, 359: 0.5, 360: 0, 365: 1, 367: 0, 368: 0.5, 369: 0.3, 370: 1, 374: 10, 375: 90, 376: 5,
     377: 2, 378: 90, 379: 3, 385: 150, 386: -2, 389: 0, 390: 1, 391: 1, 392: 5, 393: 90, 394: 5, 401: 80, 403: 2, 424: 70, 425: 40, 426: 3, 427: 100, 428: 500,
-    435: 5, 437: 0, 512: 100, 513: 8, 514: 0.8, 516: 0, 571: 30, 572: 6, 573: 1, 574: 90,
+    435: 5, 436: 1, 437: 0, 512: 100, 513: 8, 514: 0.8, 516: 0, 571: 30, 572: 6, 573: 1, 574: 90,
 }  # fmt: skip
 #: Values beside those with which the rest is read.
 OTHERS: dict[int, list[dict[int, float]]] = {
@@ -61,8 +61,8 @@ def program(number: int, values: dict[int, float]) -> str:
     """Return a program that runs a cycle."""
     before = "TOOL CALL 1 Z S1000 F300\nL X+0 Y+0 Z+50 R0 FMAX M3\n"
     contour, call = "", "CYCL CALL\n"
-    if number < 26 or number == contour_cycles.WAYS:
-        contour = OPEN if number in (25, contour_cycles.WAYS) else SQUARE
+    if number < 26 or number in (contour_cycles.WAYS, 275):
+        contour = OPEN if number in (25, contour_cycles.WAYS, 275) else SQUARE
         before += "CYCL DEF 14.0 CONTOUR\nCYCL DEF 14.1 CONTOUR LABEL 1\n"
         if number != 20:
             before += definition(20, {})

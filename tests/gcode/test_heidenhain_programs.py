@@ -272,7 +272,7 @@ WRONG: dict[str, tuple[str, tuple[str, int]]] = {
     "APPR without a radius": ("L X-30 F100\nAPPR CT X+0 Y+0 CCA90 R+0 RL\nL Y+10", ("comp-radius", 4)),
     "DEP from nothing": ("DEP LT LEN5 F100", ("approach-words", 3)),
     "CT from nothing": ("CT X+5 Y+5 F100", ("arc-tangent", 3)),
-    "an unknown cycle": ("CYCL DEF 275 SLOT", ("unsupported-block", 3)),
+    "an unknown cycle": ("CYCL DEF 276 TRAIN", ("unsupported-block", 3)),
     "no cycle": ("LBL 1\nCYCL CALL", ("cycle-missing", 4)),
     "a depth upwards": ("CYCL DEF 207 TAPPING ~\n Q200=2 ~\n Q201=10 ~\n Q239=+1\nCYCL CALL", ("cycle-depth", 7)),
     "no pitch": ("CYCL DEF 207 TAPPING ~\n Q200=2 ~\n Q201=-10\nCYCL CALL", ("pitch-missing", 6)),

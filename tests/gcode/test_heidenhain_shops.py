@@ -430,12 +430,12 @@ def test_a_cycle_that_is_not_read_is_named_once(run: Run) -> None:
     """Each call of it was a fault of its own: no cycle to call."""
     out = run(
         program(
-            "CYCL DEF 275 WIRBELNUT ~\n Q513=10\nL X+1 FMAX M99\nL X+2 FMAX M99\nCYCL DEF 239 LOAD ~\n Q570=+0"
+            "CYCL DEF 276 KONTURZUG 3D ~\n Q513=10\nL X+1 FMAX M99\nL X+2 FMAX M99\nCYCL DEF 239 LOAD ~\n Q570=+0"
         ),
         dialect="heidenhain",
     )
     assert [(d.code, d.message) for d in out.diagnostics if d.code != "no-tool-table"] == [
-        ("unsupported-block", "cycle 275 (a slot in trochoids) is not read"),
+        ("unsupported-block", "cycle 276 (a contour train in space) is not read"),
         ("cycle-idle", "cycle 239 moves no tool: passed over"),
     ]
 

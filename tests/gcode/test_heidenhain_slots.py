@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+
+from cncgen.toolpath.record import FeedMode, Kind
+
+Run = Callable[..., Any]
 
 PLAIN = "0 BEGIN PGM T MM\n1 TOOL CALL 1 Z S1000 F350\n"
 #: The rest of a cycle in parts: a slot or pocket 4 deep.
@@ -233,3 +239,124 @@ def test_pecking_comes_out_at_q208(moves: Any, given: str, out: float) -> None:
     found = moves(f"{PLAIN}{cycle}{given}\nCYCL CALL\n9 END PGM T MM\n")
     assert found[:2] == [(0, 0, 2, 0), (0, 0, -8, 100)]
     assert found[2:] == ([(0, 0, 2, out)] if out else []) + [(0, 0, 20, 0)]
+
+
+TROCHOIDS = (
+    "TOOL CALL 1 Z S500\nCYCL DEF 14.0 CONTOUR\nCYCL DEF 14.1 CONTOUR LABEL 1\nCYCL DEF 275 TROCHOIDAL SLOT ~\n Q215={q215} ~\n Q219={q219} ~\n"
+    " Q368={q368} ~\n Q436={q436} ~\n Q207=400 ~\n Q351={q351} ~\n Q201=-4 ~\n Q202=3 ~\n Q206=100 ~\n Q338=0 ~\n Q385=250 ~\n Q200=2 ~\n Q203=+0 ~\n"
+    " Q204=50 ~\n Q366=0 ~\n Q369={q369} ~\n Q439=0\nL X+0 Y+0 Z+60 R0 FMAX M3\nCYCL CALL\n"
+)
+#: A line of 20, a quarter of a circle of radius 12 to the left, and a line of 10.
+BENT = "LBL 1\nL X+10 Y+10\nL X+30\nCR X+42 Y+22 R+12 DR+\nL Y+32\nLBL 0"
+
+
+def trochoids(run: Run, table: Path, contour: str = BENT, **changed: float) -> Any:
+    """Return the outcome of cycle 275 with a tool 4 wide."""
+    values = {"q215": 0, "q219": 12, "q368": 0, "q436": 2, "q351": 1, "q369": 0, **changed}
+    text = f"0 BEGIN PGM A MM\n{TROCHOIDS.format(**values)}M30\n{contour}\nEND PGM A MM\n"
+    return run(text, dialect="heidenhain", tool_table=table)
+
+
+def from_bent(places: np.ndarray) -> np.ndarray:
+    """Return how far places are from the path of BENT."""
+    first = np.abs(places - (np.clip(places.real, 10, 30) + 10j))
+    last = np.abs(places - (42 + 1j * np.clip(places.imag, 22, 32)))
+    spoke = places - (30 + 22j)
+    on_arc = (spoke.real >= 0) & (spoke.imag <= 0)
+    return np.minimum(np.minimum(first, last), np.where(on_arc, np.abs(np.abs(spoke) - 12), np.inf))
+
+
+def below(out: Any, level: float) -> np.ndarray:
+    """Return places of the tool's middle, close to each other, on the moves at a level."""
+    path, begins = out.path, out.path.path.row_s
+    found = []
+    for row in np.flatnonzero(path.kind != Kind.EVENT):
+        s = np.linspace(begins[row], begins[row + 1], 2 + int((begins[row + 1] - begins[row]) / 0.05))
+        points = path.path.evaluate(s)[0]
+        found.append(points[np.abs(points[:, 2] - level) < 1e-9])
+    points = np.concatenate(found)
+    return points[:, 0] + 1j * points[:, 1]
+
+
+@pytest.fixture
+def four(tmp_path: Path) -> Path:
+    table = tmp_path / "four.tbl"
+    table.write_text("T1 P1 Z0 D4\n")
+    return table
+
+
+@pytest.mark.parametrize(("q436", "q351"), [(2, 1), (4, 1), (4, -1), (0.7, -1)])
+def test_a_slot_in_trochoids_is_cut_as_wide_as_it_says(
+    run: Run, four: Path, q436: float, q351: float
+) -> None:
+    """275: nothing within 6 of the path is left, and the middle of the tool goes no farther from it than 6 - 2, at each level."""
+    out = trochoids(run, four, q436=q436, q351=q351)
+    assert out.errors == []
+    x, y = np.meshgrid(np.arange(2, 51, 0.5), np.arange(2, 41, 0.5))
+    wanted = (x + 1j * y)[from_bent(x + 1j * y) <= 6.0]
+    for level in (-3.0, -4.0):
+        places = below(out, level)
+        assert from_bent(places).max() < 4.0 + 1e-6
+        assert max(float(np.abs(places - w).min()) for w in wanted) < 2.0 + 0.03
+    # Infeeds of Q202 and the rest, the set-up clearance between; Q204 at the end.
+    ends = out.path.end[out.path.kind != Kind.EVENT, 2]
+    assert sorted(set(ends.round(9))) == [-4, -3, 2, 50, 60]
+    assert ends[-1] == 50
+    ways = np.diff(below(out, -4.0))
+    ways = ways[np.abs(ways) > 1e-9]
+    assert (np.angle(ways[1:] / ways[:-1]).sum() > 0.0) == (q351 > 0)
+
+
+def test_a_slot_in_trochoids_around_a_corner(run: Run, four: Path) -> None:
+    out = trochoids(run, four, "LBL 1\nL X+10 Y+10\nL X+40\nL Y+40\nLBL 0", q436=3)
+    assert out.errors == []
+
+    def away(places: np.ndarray) -> np.ndarray:
+        first = np.abs(places - (np.clip(places.real, 10, 40) + 10j))
+        return np.minimum(first, np.abs(places - (40 + 1j * np.clip(places.imag, 10, 40))))
+
+    x, y = np.meshgrid(np.arange(2, 49, 0.5), np.arange(2, 49, 0.5))
+    wanted, places = (x + 1j * y)[away(x + 1j * y) <= 6.0], below(out, -4.0)
+    assert away(places).max() < 4.0 + 1e-6
+    assert max(float(np.abs(places - w).min()) for w in wanted) < 2.0 + 0.03
+
+
+def test_allowances_of_a_slot_in_trochoids(run: Run, four: Path) -> None:
+    """Roughing leaves 0.5 on the walls and 0.25 on the floor; finishing takes the floor, then the walls, at Q385."""
+    rough = trochoids(run, four, q215=1, q368=0.5, q369=0.25)
+    assert sorted(set(rough.path.end[rough.path.kind != Kind.EVENT, 2].round(9))) == [
+        -3.75,
+        -3,
+        2,
+        50,
+        60,
+    ]
+    assert from_bent(below(rough, -3.75)).max() == pytest.approx(3.5, abs=1e-6)
+    finish = trochoids(run, four, q215=2, q368=0.5, q369=0.25)
+    assert from_bent(below(finish, -4.0)).max() == pytest.approx(4.0, abs=1e-6)
+    cuts = finish.path.feed_mode != FeedMode.RAPID
+    assert sorted(set((finish.path.feed[cuts & (finish.path.kind != Kind.EVENT)] * 60).round(6))) == [
+        100,
+        250,
+    ]
+
+
+def test_a_slot_as_wide_as_the_tool_is_its_path(run: Run, four: Path) -> None:
+    out = trochoids(run, four, q219=4)
+    assert out.errors == []
+    assert from_bent(below(out, -4.0)).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("changed", "code"),
+    [
+        ({"q219": 3.9}, "cycle-tool"),
+        ({"q219": 5, "q368": 0.6}, "cycle-tool"),
+        ({"q436": 0}, "cycle-infeed"),
+        ({"q436": 4.1}, "cycle-infeed"),
+        ({"q215": 3}, "cycle-words"),
+        ({"contour": "LBL 1\nLBL 0"}, "cycle-missing"),
+    ],
+)
+def test_a_slot_in_trochoids_that_cannot_be(run: Run, four: Path, changed: dict[str, Any], code: str) -> None:
+    assert [found for found, *_ in trochoids(run, four, **changed).errors] == [code]

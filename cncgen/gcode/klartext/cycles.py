@@ -31,6 +31,7 @@ from cncgen.gcode.klartext import (
     slots,
     studs,
     threads,
+    trochoids,
 )
 from cncgen.gcode.klartext.hole_cycle import FASTEST, HoleCycle, lent
 
@@ -138,6 +139,7 @@ ROWS: dict[int, CycleRow] = {
     256: CycleRow(studs.rectangle, _STUD + " 218 424 219 425 220 224 367 437", lacking={437: 0.0, **_ROUGH}, free=True),
     257: CycleRow(studs.circle, _STUD + " 223 222 376", lacking={376: 0.0, **_ROUGH}, free=True),
     258: CycleRow(polygon_stud.polygon, _STUD + " 573 571 222 572 224 220", free=True),
+    275: CycleRow(trochoids.slot, "215 219 368 436 207 351 201 202 206 338 385 200 203 204 369", "", _STRAIGHT | _EDGE, {369: 0.0}, free=True),
     contour_cycles.WAYS: CycleRow(None, "390 391 392 393 394"),
 }  # fmt: skip
 #: The cycle that chooses a preset, which no call runs.
@@ -152,7 +154,7 @@ _NOT_READ = -1
 #: By number, the task of each cycle that is not read.
 _UNREAD: tuple[tuple[Sequence[int], str], ...] = (
 
-    ((271, 272, 273, 274, 277, *range(1271, 1283)), "contours in trochoids, OCM"), ((275,), "a slot in trochoids"), ((276,), "a contour train in space"),
+    ((271, 272, 273, 274, 277, *range(1271, 1283)), "contours in trochoids, OCM"), ((276,), "a contour train in space"),
     ((27, 28, 29, 39), "contours on the surface of a cylinder"), ((30,), "points of digitising"), ((285, 286, 287, 880), "gears"), ((291, 292), "turning by interpolation"),
     (range(400, 500), "probing, which TCH PROBE has"), (range(800, 900), "turning"), (range(1000, 1100), "grinding"),
 )  # fmt: skip
