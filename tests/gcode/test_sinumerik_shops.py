@@ -1085,10 +1085,47 @@ def test_a_corner_of_a_size_below_0_is_called_by_its_name(run: Run, line: str, w
     assert fault(run, f"T1 M6\nF100\n{line}\nY5\nM30")[:2] == ("corner-size", f"{word} is negative")
 
 
-def test_a_return_to_a_target_is_refused_by_name(run: Run) -> None:
-    found = fault(run, 'SUB\nM30\nPROC SUB\nRET("END")\n')
-    assert found[0] == "unsupported-block"
-    assert "RET with a target" in found[1]
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ('SUB\nG0 X1\nOUT: G0 X3\nM30\nPROC SUB\nG0 X9\nRET("OUT")\nG0 X8\nM17', [9, 3]),
+        (
+            'OUT: G0 X3\nR1=R1+1\nIF R1>1 GOTOF DONE\nSUB\nG0 X1\nDONE: M30\nPROC SUB\nG0 X9\nRET("OUT")\nM17',
+            [3, 9, 3],
+        ),
+        ('SUB\nG0 X1\nOUT: G0 X3\nG0 X4\nM30\nPROC SUB\nRET("OUT",1)\nM17', [4]),
+        ("SUB\nG0 X1\nN300 G0 X3\nM30\nPROC SUB\nRET(300)\nM17", [3]),
+        ("SUB P3\nG0 X7\nM30\nPROC SUB\nR1=R1+1\nG0 X=R1\nRET()\nM17", [1, 2, 3, 7]),
+        ('AA\nG0 X1\nOUT: G0 X3\nM30\nPROC AA\nBB\nOUT: G0 X5\nM17\nPROC BB\nRET("OUT",0,2)\nM17', [3]),
+        ('AA\nG0 X1\nOUT: G0 X3\nM30\nPROC AA\nBB\nOUT: G0 X5\nM17\nPROC BB\nRET("OUT")\nM17', [5, 1, 3]),
+        ("AA\nG0 X1\nM30\nPROC AA\nBB\nG0 X5\nM17\nPROC BB\nRET(,,2)\nM17", [1]),
+        (
+            'FOR R1=1 TO 5\nSUB\nENDFOR\nOUT: G0 X3\nM30\nPROC SUB\nG0 X=R1\nIF R1>1\nRET("OUT")\nENDIF\nM17',
+            [1, 2, 3],
+        ),
+        # What a subprogram leaves is no program without end.
+        (
+            'AGAIN: R1=R1+1\nSUB\nGOTOB AGAIN\nOUT: G0 X3\nM30\nPROC SUB\nG0 X=R1\nIF R1>1\nRET("OUT")\nENDIF\nM17',
+            [1, 2, 3],
+        ),
+    ],
+)
+def test_a_subprogram_returns_to_a_target(run: Run, text: str, expected: list[float]) -> None:
+    """840D sl, Job planning, "Parameterizable subprogram return (RET)": target, the line behind it, the number of calls; it was refused."""
+    assert [place[0] for place in ends(run, f"G90\n{text}\n")] == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ('SUB\nM30\nPROC SUB\nRET("END")\n', "label-missing"),
+        ('SUB\nEND: M30\nPROC SUB\nRET("END",0,2)\n', "call-depth"),
+        ('END: RET("END")\nM30\n', "call-depth"),
+        ('SUB\nEND: M30\nPROC SUB\nRET("END",0,1,1)\n', "unsupported-block"),
+    ],
+)
+def test_a_return_that_leads_nowhere_is_an_error(run: Run, text: str, code: str) -> None:
+    assert fault(run, text)[0] == code
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from typing import Any, cast
 
 from cncgen.gcode.block import Block
 from cncgen.gcode.codes.turning_profiles import Segment
-from cncgen.gcode.errors import BlockError
+from cncgen.gcode.errors import BlockError, refuse
 from cncgen.gcode.flow import language_run, recovery
 from cncgen.gcode.flow.language_run import LanguageRun
 from cncgen.gcode.flow.plain_lines import PlainLane
@@ -323,7 +323,9 @@ class SinumerikRunner(LanguageRun[Program]):
         if first > at or frame.repeats:
             return
         if (first, at) not in self._endless:
-            self._endless[first, at] = program.never_left(first, at)
+            # A subprogram may go on elsewhere than behind its call.
+            aside = any("RET(" in one.said.names for one in (self.frames[0].program, *self._files.values()))
+            self._endless[first, at] = not aside and program.never_left(first, at)
         if self._endless[first, at]:
             message = f"{word} leads back to line {program.lines.place(first).line} without end, as nothing between leads elsewhere; one pass is planned"
             self.ip.note("program-repeats", message, word, "M30 ends it")
@@ -383,6 +385,9 @@ class SinumerikRunner(LanguageRun[Program]):
     # Subprograms.
 
     def _begin_call(self, name: str, arguments: tuple[Any, ...] | None, times: int) -> None:
+        if name == "RET":
+            self._return_to(arguments or ())
+            return
         program = self._find(name)
         if times < 1:
             return
@@ -394,6 +399,36 @@ class SinumerikRunner(LanguageRun[Program]):
         if self.motions.in_modal and self._modal is None:
             self._modal = frame
         self.store.scopes.append(scope)
+
+    def _return_to(self, arguments: tuple[Any, ...]) -> None:
+        """RET(target, behind, levels): end so many calls, 1 without the last one, and go on at a label or block number, or in the line behind it
+        where `behind` is above 0; it is looked for as GOTO does, from the call on (840D sl, Job planning, "Parameterizable subprogram return").
+        """
+        given = [None if node is None else evaluate(node, self.store) for node in arguments]
+        target, behind, levels, start = (*given, None, None, None, None)[:4]
+        count = max(1, round(number(levels or 0.0)))
+        calls = [frame for frame in self.frames if not frame.part]
+        refuse(
+            "RET",
+            (bool(start), "unsupported-block", "RET to the beginning of the main program is not read", "its fourth parameter is left out"),
+            (count >= len(calls), "call-depth", f"RET ends {count} calls, and {len(calls) - 1} are in progress", "the third parameter counts them"),
+        )  # fmt: skip
+        label = f"N{target:.0f}" if isinstance(target, float) else str(target or "").upper()
+        caller = calls[-1 - count]
+        if label and _target(caller.program, caller.at - 1, "GOTO", label) is None:
+            message = f"RET {label} leads nowhere: the program that it leads back to has no such label"
+            raise BlockError(
+                "label-missing", message, "RET", hint=f"a line that begins with {label}: is the label"
+            )
+        for frame in reversed(calls[-count:]):
+            if label or frame is not calls[-count]:
+                frame.rounds = 0
+            self.leave()
+        if label:
+            frame = self.frames[-1]
+            where = _target(frame.program, frame.at - 1, "GOTO", label) or 0
+            frame.at = where + (1 if number(behind or 0.0) > 0.0 else 0)
+            self._enters(frame, frame.at)
 
     def _give_back(self, frame: Frame, results: list[tuple[str, Any]], saved: tuple[Any, ...] | None) -> None:
         """End a subprogram: the modes that SAVE kept, and results."""
@@ -438,10 +473,6 @@ class SinumerikRunner(LanguageRun[Program]):
     def _find(self, word: str) -> Program:
         """Return the program of a word, which may be the name of its file in the control (_N_NAME_SPF)."""
         name = file_name(word)
-        if name == "RET":
-            message = "RET with a target, at which the calling program goes on, is not read"
-            hint = "RET alone goes on behind the call; GOTOF and a variable there lead on from it"
-            raise BlockError("unsupported-block", message, name, hint=hint)
         missing = f"{name} is not read: it is not a command, and no subprogram of that name is in the text or"
         return self.program_of(name, missing, word, unread_cycles.hint_of(name))
 
