@@ -19,6 +19,8 @@ from cncgen.gcode.interpreter import Interpreter
 from cncgen.gcode.klartext.hole_cycle import HoleCycle, check_feeds
 
 _TINY = 1e-9
+#: Circles below this part of the tool's radius are left out: the pass along the walls clears the slot.
+_LEAST_CIRCLE = 0.01
 
 
 class _Slot(HoleCycle):
@@ -48,15 +50,18 @@ class _Slot(HoleCycle):
             (not 0.0 < q[436] <= 2.0 * self.tool + _TINY, "cycle-infeed", infeed, "Q436 is the way from circle to circle, in mm"),
         )  # fmt: skip
 
-    def places(self) -> Iterator[tuple[complex, complex]]:
-        """Yield places along the path, Q436 apart at most, and the headings there."""
+    def places(self, radius: float) -> Iterator[tuple[complex, complex]]:
+        """Yield places along the path, Q436 apart at most, and the headings there; in bends so near that the straight way between two circles of
+        a radius keeps off the wall.
+        """
         first = self.path[0]
         yield first.start, first.heading(first.start)
         for segment in self.path:
             along = segment.end - segment.start
             length = abs(along) if segment.centre is None else segment.sweep() * segment.radius()
             makes = f"Q436 = {self.q[436]:g} makes {{}} circles of {self.name}"
-            for k in range(1, (count := steps_of(length, self.q[436], "CYCL", makes)) + 1):
+            bend = math.inf if segment.centre is None else math.sqrt(8.0 * segment.radius() * radius)
+            for k in range(1, (count := steps_of(length, min(self.q[436], bend), "CYCL", makes)) + 1):
                 part = k / count
                 if segment.centre is None:
                     place = segment.start + along * part
@@ -68,14 +73,15 @@ class _Slot(HoleCycle):
     def level(self, level: float, radius: float, feed: float) -> None:
         """Clear a level in circles of a radius of the tool's centre, and go along the walls."""
         self.enter(level, feed)
+        circles = radius > _LEAST_CIRCLE * self.tool
         opening = math.ceil(radius / self.tool - _TINY)
-        for k, (place, heading) in enumerate(self.places() if radius > _TINY else ()):
+        for k, (place, heading) in enumerate(self.places(radius) if circles else ()):
             for ring in range(1, opening + 1) if k == 0 else (opening,):
                 # Behind the middle, where the way from the circle before is clear in bends too.
                 begin = place - heading * radius * ring / opening
                 self.to(begin)
                 self.arc(begin, place, self.sense)
-        self.walls(radius, at_end=True)
+        self.walls(radius, at_end=circles)
 
     def enter(self, level: float, feed: float) -> None:
         """Go down at the first point."""
