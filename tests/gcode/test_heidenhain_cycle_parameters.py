@@ -112,7 +112,7 @@ def test_a_row_has_what_its_cycle_reads(run: Run, seen: set[int], tools: Path, n
         out = run(program(number, values), dialect="heidenhain", tool_table=tools)
         assert out.errors == []
         told = [d.message for d in out.diagnostics if d.code == "cycle-parameters"]
-        assert told == []
+        assert [message for message in told if "printed manual" not in message] == []
     row = cycles.ROWS[number]
     reads = {int(one) for one in row.reads.split()}
     shared = {201} | row.told.keys() | row.lacking.keys()

@@ -370,3 +370,8 @@ def test_a_slot_as_wide_as_the_tool_is_its_path(run: Run, four: Path, wider: flo
 )
 def test_a_slot_in_trochoids_that_cannot_be(run: Run, four: Path, changed: dict[str, Any], code: str) -> None:
     assert [found for found, *_ in trochoids(run, four, **changed).errors] == [code]
+
+
+def test_meanings_from_memory_are_warned_of(run: Run, four: Path) -> None:
+    out = trochoids(run, four)
+    assert [d.code for d in out.diagnostics if d.severity == "warning"] == ["cycle-parameters"]

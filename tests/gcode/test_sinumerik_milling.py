@@ -251,7 +251,7 @@ ENGRAVED = "G17 G90 G94 S900 M3 F300\nG0 X0 Y0 Z50\nCYCLE60({})\nM30\n"
 def test_text_is_engraved_along_a_line(run: Any) -> None:
     """I is a stroke of the height of capitals: two of them 6 high and 3 apart, from (10, 20) on along Y, 0.3 below RFP.
 
-    Traverse to RTP and RFP + SDIS, FFD downwards, FFP1 along, up to SDIS between letters and to RTP at the end (Programming Guide, Cycles).
+    Traverse to RTP and RFP + SDIS, FFD downwards, FFP1 along, up to SDIS between letters and to RTP at the end (from memory of the Programming Guide, Cycles).
     """
     out = run(ENGRAVED.format('"II",30,1,2,,0.3,10,20,90,0,0,6,3,80,400,0,1252'), dialect="sinumerik")
     assert out.errors == []

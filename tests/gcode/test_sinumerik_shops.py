@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -1111,8 +1112,10 @@ def test_a_corner_of_a_size_below_0_is_called_by_its_name(run: Run, line: str, w
     ],
 )
 def test_a_subprogram_returns_to_a_target(run: Run, text: str, expected: list[float]) -> None:
-    """840D sl, Job planning, "Parameterizable subprogram return (RET)": target, the line behind it, the number of calls; it was refused."""
+    """From memory of 840D sl, Job planning, "Parameterizable subprogram return (RET)": target, the line behind it, the number of calls; it was refused."""
     assert [place[0] for place in ends(run, f"G90\n{text}\n")] == expected
+    found = run(f"G90\n{text}\n", dialect="sinumerik").diagnostics
+    assert ("cycle-parameters" in [d.code for d in found]) == bool(re.search(r"RET\([^)]*,", text))
 
 
 @pytest.mark.parametrize(

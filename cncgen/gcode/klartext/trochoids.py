@@ -1,5 +1,5 @@
-"""Cycle 275 of Heidenhain's plain language: a slot of the width Q219 along the open contour of cycle 14, cleared in circles (TNC 640, user's manual for
-cycles, "TROCHOIDAL SLOT").
+"""Cycle 275 of Heidenhain's plain language: a slot of the width Q219 along the open contour of cycle 14, cleared in circles (from memory of TNC 640,
+user's manual for cycles, "TROCHOIDAL SLOT"; names of Q parameters as in public programs), as a warning says.
 
 Width, levels, allowances, feeds, and Q436 from circle to circle are the cycle's. The straight way down (Q366 = 0), the circles that open the slot at
 its first point, its round ends, and the pass along its walls at each level are our own.
@@ -110,6 +110,9 @@ class _Slot(HoleCycle):
 def slot(ip: Interpreter, name: str) -> None:
     """275: roughing (Q215 = 0 or 1) leaves Q368 on the walls and Q369 on the floor, finishing (0 or 2) takes them at Q385, the walls in infeeds Q338."""
     job = _Slot(ip, name)
+    message = f"what the parameters of {name} mean has not been compared with a printed manual"
+    hint = "Q219 is the width, Q368 left on the walls, Q436 the way from circle to circle, Q351 = 1 climb milling"
+    ip.warn_once("cycle-parameters", message, "CYCL", hint)
     q, mode = job.q, round(job.q[215])
     radius = job.half - job.tool
     if mode != 2:

@@ -1,4 +1,4 @@
-"""CYCLE60 of SINUMERIK: text along a line (840D/840Di/810D, Programming Guide, Cycles, "Engraving cycle"); its letters are our own.
+"""CYCLE60 of SINUMERIK: text along a line (from memory of 840D, Programming Guide, Cycles, "Engraving cycle"); its letters are our own.
 
 Text on an arc, another reference point than the lower left corner, and polar places (VARI other than 0) are not read.
 """

@@ -14,6 +14,7 @@ from cncgen.gcode.flow import language_run, recovery
 from cncgen.gcode.flow.language_run import LanguageRun
 from cncgen.gcode.flow.plain_lines import PlainLane
 from cncgen.gcode.sinumerik import commands, expressions, unread_cycles
+from cncgen.gcode.sinumerik.cycles import doubt_order
 from cncgen.gcode.sinumerik.expressions import RParameter, Scalar, Value, evaluate, number, variable
 from cncgen.gcode.sinumerik.motions import Motions
 from cncgen.gcode.sinumerik.programs import SUFFIXES, Program, programs_of
@@ -402,10 +403,12 @@ class SinumerikRunner(LanguageRun[Program]):
 
     def _return_to(self, arguments: tuple[Any, ...]) -> None:
         """RET(target, behind, levels): end so many calls, 1 without the last one, and go on at a label or block number, or in the line behind it
-        where `behind` is above 0; it is looked for as GOTO does, from the call on (840D sl, Job planning, "Parameterizable subprogram return").
+        where `behind` is above 0; it is looked for as GOTO does, from the call on (from memory of 840D sl, Job planning, "Parameterizable subprogram return").
         """
         given = [None if node is None else evaluate(node, self.store) for node in arguments]
         target, behind, levels, start = (*given, None, None, None, None)[:4]
+        if behind or levels:
+            doubt_order(self.motions, "RET", "the target, above 0 for the line behind it, how many calls end")
         count = max(1, round(number(levels or 0.0)))
         calls = [frame for frame in self.frames if not frame.part]
         refuse(

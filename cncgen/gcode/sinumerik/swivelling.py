@@ -239,7 +239,8 @@ def along_tool(name: str) -> Callable[[Motions], None]:
         columns = {tool: normal, first: along, second: affine.cross(normal, along)}
         matrix = affine.of_columns(*(columns[k] for k in range(3)))
         message = f"{name}: the new {'XYZ'[first]} axis is taken to lie in the plane {'XYZ'[tool]} {'XYZ'[first]} of before"
-        hint = "machine data 21110 of the control decides; a ROT before it is replaced"
+        ends = ", and the shift of TRANS ends" if whole else ""
+        hint = f"machine data 21110 of the control decides; a ROT before it is replaced{ends}"
         motions.ip.warn_once("swivel-frame", message, name, hint)
         shift, added = (affine.NO_SHIFT,) * 2 if whole else (now.programmable.shift, now.added)
         take_frames(motions, replace(now, programmable=affine.Frame(matrix, shift), added=added))
